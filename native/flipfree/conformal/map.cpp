@@ -212,8 +212,7 @@ ConformalMapResult map_of(const mesh::Surface& surface, const std::vector<double
     lay_out();
     if (options.spread > 0.0 && !layout.map.invalid.empty()) {
       map.stats["spread_faces"] = static_cast<std::int64_t>(layout.map.invalid.size());
-      intrinsic::spread_crossings(overlay->overlay.trace, options.spread,
-                                  overlay->overlay.positions);
+      intrinsic::spread_crossings(options.spread, overlay->overlay.trace);
       lay_out();
     }
   }
@@ -230,7 +229,7 @@ ConformalMapResult map_of(const mesh::Surface& surface, const std::vector<double
     const std::vector<Index>& edge_vertex = layout.map.edge_vertex;
     for (std::size_t i = 0; i < edge_vertex.size(); ++i) {
       if (edge_vertex[i] != kInvalid)
-        result.log_weight[at(edge_vertex[i])] = overlay->overlay.positions.log_weight[i];
+        result.log_weight[at(edge_vertex[i])] = overlay->overlay.trace.crossings[i].log_weight;
     }
   }
   map.cut_edges = std::move(layout.cut_edges);

@@ -38,7 +38,7 @@ struct ConformalMapResult {
   ConformalMetric metric;
   certify::Parametrization map;  // certified; valid if and only if `failure` is empty
   // Per vertex of map.surface: logarithm of its weight in the projective map of thesis 4.5
-  // (intrinsic::OverlayPositions); empty for a refined start.
+  // (intrinsic::Crossing); empty for a refined start.
   std::vector<double> log_weight;
   std::optional<Error>
       failure;  // why there is no valid map: kRoundingFlips, kCertificateFailed, kIterationLimit

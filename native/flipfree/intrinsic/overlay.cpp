@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <complex>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -15,7 +16,7 @@
 #include "flipfree/base/failure.h"
 #include "flipfree/base/lists.h"
 #include "flipfree/base/parallel.h"
-#include "flipfree/base/plane.h"
+#include "flipfree/intrinsic/flip_lengths.h"
 #include "flipfree/intrinsic/symmetric_flips.h"
 
 namespace flipfree::intrinsic {
@@ -156,7 +157,11 @@ OverlayTrace trace_overlay(const OverlayCoordinates& coordinates, std::vector<Ha
         }
         if (trace.crossings.size() % 65536 == 65535) context.check();
         trace.crossings.push_back(
-            {through, through % 2 == 0 ? position : coordinates.crossings(through) - 1 - position});
+            {through,
+             through % 2 == 0 ? position : coordinates.crossings(through) - 1 - position,
+             {},
+             {},
+             0.0});
       } while (advance(coordinates, through, position));
       const HalfedgeId apex = mesh.previous(FlipMesh::opposite(through));
       if (mesh.origin_of(apex) != coordinates.input().origin_of(FlipMesh::opposite(g))) {
@@ -185,16 +190,12 @@ Between normalised(long double source, long double target) {
 
 }  // namespace
 
-OverlayPositions locate_crossings(const OverlayCoordinates& coordinates, const OverlayTrace& trace,
-                                  const std::vector<long double>& lengths,
-                                  const std::vector<long double>& scale,
-                                  const ExecutionContext& context) {
+void locate_crossings(const OverlayCoordinates& coordinates,
+                      const std::vector<long double>& lengths,
+                      const std::vector<long double>& scale, OverlayTrace& trace,
+                      const ExecutionContext& context) {
   const FlipMesh& mesh = coordinates.current();
   const auto length = [&](HalfedgeId h) { return lengths[at(h >> 1)]; };
-  OverlayPositions positions;
-  positions.on_edge.resize(trace.crossings.size());
-  positions.on_curve.resize(trace.crossings.size());
-  positions.log_weight.resize(trace.crossings.size());
   // From the start of a curve to the ends of each half-edge that it crosses, in order.
   const auto reach = [&](std::size_t count, const auto& through, std::vector<Reach>& reaches) {
     reaches.clear();
@@ -215,7 +216,7 @@ OverlayPositions locate_crossings(const OverlayCoordinates& coordinates, const O
   };
   const auto locate = [&](std::size_t c, std::vector<Reach>& from_start,
                           std::vector<Reach>& from_end) {
-    const auto crossings = trace.of_curve(c);
+    const std::span<Crossing> crossings = trace.of_curve(c);
     if (crossings.empty()) return;
     const std::size_t count = crossings.size();
     reach(
@@ -230,20 +231,20 @@ OverlayPositions locate_crossings(const OverlayCoordinates& coordinates, const O
       const Reach& behind = from_start[i];
       const Reach& back = from_end[count - 1 - i];
       const Reach r{back.target, back.source};
-      const std::size_t id = static_cast<std::size_t>(trace.begin[c]) + i;
+      Crossing& crossing = crossings[i];
       // Ratios first: products of two lengths may leave even this range.
       const long double across = (behind.source / behind.target) * (r.source / r.target);
-      positions.on_edge[id] = normalised(1, across);
+      crossing.on_edge = normalised(1, across);
       const long double along = (behind.source / r.source) * (behind.target / r.target) * ratio;
-      positions.on_curve[id] = normalised(1, along);
+      crossing.on_curve = normalised(1, along);
       // With ideal points v on the light cone, <v, w> = -|v w|^2 / 2, the place is
       // s exp(-u_a) a + t exp(-u_b) b = weight (on_edge.source c + on_edge.target d).
-      const long double whole = length(crossings[i].through);
+      const long double whole = length(crossing.through);
       const long double by_ends = behind.source / r.source + behind.target / r.target;
       const long double by_edge = (behind.source / whole) * (r.source / whole) +
                                   (behind.target / whole) * (r.target / whole);
-      positions.log_weight[id] = static_cast<double>(
-          std::log(positions.on_curve[id].source * by_ends * by_edge) - scale[at(a)]);
+      crossing.log_weight = static_cast<double>(
+          std::log(crossing.on_curve.source * by_ends * by_edge) - scale[at(a)]);
     }
   };
   constexpr std::size_t kCurvesPerChunk = 4096;
@@ -252,7 +253,6 @@ OverlayPositions locate_crossings(const OverlayCoordinates& coordinates, const O
                  std::vector<Reach> from_start, from_end;
                  for (std::size_t c = begin; c < end; ++c) locate(c, from_start, from_end);
                });
-  return positions;
 }
 
 namespace {
@@ -261,48 +261,35 @@ namespace {
 // trusted.
 constexpr long double kAreaTolerance = 1e-9L;
 
-struct Spot {
-  long double x = 0, y = 0;
-  long double cross(const Spot& b) const { return x * b.y - y * b.x; }
-  long double dot(const Spot& b) const { return x * b.x + y * b.y; }
-};
+using Spot = std::complex<long double>;
+long double dot_product(const Spot& a, const Spot& b) { return (std::conj(a) * b).real(); }
+long double cross_product(const Spot& a, const Spot& b) { return (std::conj(a) * b).imag(); }
 
-// Apex over a side c along the x axis: `a` beside its far end, `b` beside the origin.
-Spot apex_over(long double c, long double a, long double b) {
-  return {(c + (b - a) * ((b + a) / c)) / 2, quadruple_area(a, b, c) / (2 * c)};
+Spot apex_over(const FlipMesh& mesh, const std::vector<long double>& length, HalfedgeId h) {
+  const Apex<long double> apex(mesh, length, h);
+  return {apex.along, apex.height};
 }
 
-// Euclidean lengths on the Delaunay start.
-class StartLengths {
- public:
-  StartLengths(const FlippedMetric& metric, const std::vector<long double>& initial_length,
-               const ExecutionContext& context)
-      : length_(initial_length) {
-    FlipMesh mesh = metric.initial;
-    replay_flips(metric.flips, 0, metric.euclidean_flips, context,
-                 [&](EdgeId e) { flip(mesh, e); });
-  }
-  bool trusted() const { return trusted_; }
-  long double of(HalfedgeId h) const { return length_[at(h >> 1)]; }
-  Spot apex(const FlipMesh& mesh, HalfedgeId h) const {
-    return apex_over(of(h), of(mesh.next_of(h)), of(mesh.previous(h)));
-  }
-
- private:
-  // A flip keeps the area of its two triangles, if they form a convex quadrilateral.
-  void flip(FlipMesh& mesh, EdgeId e) {
-    const HalfedgeId h = 2 * e;
-    const Spot k = apex(mesh, h), m = apex(mesh, h ^ 1);
-    const Spot d{k.x - (of(h) - m.x), k.y + m.y};
-    const long double before = of(h) * (k.y + m.y);
+// Euclidean lengths on the Delaunay start; none if they cannot be trusted: a flip keeps the area of
+// its two triangles, if they form a convex quadrilateral.
+std::vector<long double> start_lengths(const FlippedMetric& metric,
+                                       const ExecutionContext& context) {
+  std::vector<long double> length = widened(metric.initial_length);
+  FlipMesh mesh = metric.initial;
+  bool trusted = true;
+  const auto twice_area = [&](EdgeId e) {
+    return length[at(e)] *
+           (apex_over(mesh, length, 2 * e).imag() + apex_over(mesh, length, 2 * e + 1).imag());
+  };
+  replay_flips(metric.flips, 0, metric.euclidean_flips, context, [&](EdgeId e) {
+    const long double before = twice_area(e);
+    length[at(e)] = euclidean_flip(mesh, length, e);
     flip_edge(mesh, e);
-    length_[at(e)] = std::sqrt(d.dot(d));
-    const long double after = of(h) * (apex(mesh, h).y + apex(mesh, h ^ 1).y);
-    trusted_ = trusted_ && std::abs(after - before) <= kAreaTolerance * before;
-  }
-  std::vector<long double> length_;
-  bool trusted_ = true;
-};
+    trusted = trusted && std::abs(twice_area(e) - before) <= kAreaTolerance * before;
+  });
+  if (!trusted) length.clear();
+  return length;
+}
 
 // Calls visit(crossings) for each edge that is crossed, with the ids in order along its even
 // half-edge.
@@ -321,39 +308,54 @@ void for_each_edge(const OverlayTrace& trace, const Visit& visit) {
   }
 }
 
-// The straight line over `mesh` that starts so, where it meets what the curve crosses. `ends`:
-// scratch.
-void follow_line(const FlipMesh& mesh, const StartLengths& lengths, const CurveStart& start,
-                 std::span<const Crossing> crossings, std::vector<std::array<Spot, 2>>& ends,
-                 StraightCrossing* out) {
+constexpr Between kNowhere{-1.0, 0.0};  // a place that is not known
+
+// Gives the crossings of a curve the places where the straight line over `mesh` that starts so
+// meets them; kNowhere on the edge if that is lost in rounding. `ends`: scratch.
+void follow_line(const FlipMesh& mesh, const std::vector<long double>& length,
+                 const CurveStart& start, std::span<Crossing> crossings,
+                 std::vector<std::array<Spot, 2>>& ends) {
   ends.clear();
   // The start lies at the origin, the side before the line on the x axis.
-  Spot p{lengths.of(start.halfedge), 0};
-  Spot q = lengths.apex(mesh, start.halfedge);
+  Spot p = length[at(start.halfedge >> 1)];
+  Spot q = apex_over(mesh, length, start.halfedge);
   Spot apex;
   for (std::size_t i = 0; i < crossings.size(); ++i) {
     ends.push_back({p, q});
     const HalfedgeId o = FlipMesh::opposite(crossings[i].through);
-    const Spot local = lengths.apex(mesh, o);
-    const long double l = lengths.of(o);
-    const Spot x{(p.x - q.x) / l, (p.y - q.y) / l};
-    apex = {q.x + local.x * x.x - local.y * x.y, q.y + local.x * x.y + local.y * x.x};
+    apex = q + apex_over(mesh, length, o) * ((p - q) / length[at(o >> 1)]);
     if (i + 1 == crossings.size()) break;
     (crossings[i + 1].through == mesh.next_of(o) ? q : p) = apex;
   }
-  const long double whole = apex.dot(apex);
   for (std::size_t i = 0; i < crossings.size(); ++i) {
     const auto& [a, b] = ends[i];
-    const long double right = -apex.cross(a), left = apex.cross(b), sum = right + left;
-    out[i].through = crossings[i].through;
-    out[i].on_edge.source = -1.0;
+    const long double right = -cross_product(apex, a), left = cross_product(apex, b);
+    const long double sum = right + left;
+    crossings[i].on_edge = kNowhere;
     if (!(right > 0 && left > 0)) continue;
-    const Spot hit{(a.x * left + b.x * right) / sum, (a.y * left + b.y * right) / sum};
-    const long double along = hit.dot(apex) / whole;
+    const long double along =
+        dot_product((a * left + b * right) / sum, apex) / dot_product(apex, apex);
     if (!(along > 0 && along < 1)) continue;
-    out[i].on_edge = {static_cast<double>(left / sum), static_cast<double>(right / sum)};
-    out[i].on_curve = {static_cast<double>(1 - along), static_cast<double>(along)};
+    crossings[i].on_edge = {static_cast<double>(left / sum), static_cast<double>(right / sum)};
+    crossings[i].on_curve = {static_cast<double>(1 - along), static_cast<double>(along)};
   }
+}
+
+// The straight lines of `curves` over D, no curve if lengths cannot be trusted. `start`:
+// coordinates after the Euclidean flips alone. Cost: O(#E + crossings).
+OverlayTrace follow_straight(const FlippedMetric& metric, const OverlayCoordinates& start,
+                             const std::vector<HalfedgeId>& curves,
+                             const ExecutionContext& context) {
+  const std::vector<long double> length = start_lengths(metric, context);
+  if (length.empty()) return {};
+  OverlayTrace trace =
+      trace_overlay(start, curves, std::numeric_limits<std::int64_t>::max(), context);
+  std::vector<std::array<Spot, 2>> ends;
+  for (std::size_t c = 0; c < curves.size(); ++c) {
+    if (c % 1024 == 0) context.check();
+    follow_line(start.current(), length, trace.start[at(curves[c])], trace.of_curve(c), ends);
+  }
+  return trace;
 }
 
 Between scaled(const Between& b, long double source, long double target) {
@@ -361,159 +363,114 @@ Between scaled(const Between& b, long double source, long double target) {
   return {static_cast<double>(s / sum), static_cast<double>(t / sum)};
 }
 
-// `trace`, `positions`: of the final triangulation, of the curves that were followed straight;
-// `scale`: u per vertex of the mesh.
-class Straightener {
- public:
-  Straightener(const FlippedMetric& metric, const OverlayTrace& trace,
-               const std::vector<long double>& scale, OverlayPositions& positions,
-               const ExecutionContext& context)
-      : metric_(metric),
-        trace_(trace),
-        scale_(scale),
-        positions_(positions),
-        made_later_(metric.mesh.edge_count(), 0),
-        wish_(trace.crossings.size()) {
-    replay_flips(metric.flips, metric.euclidean_flips, metric.flips.size(), context,
-                 [&](EdgeId e) { made_later_[at(e)] = 1; });
-  }
-
-  // Cost: O(#E + crossings log crossings).
-  Straightened run(const StraightCurves& straight, const ExecutionContext& context) {
-    std::vector<std::size_t> bent;  // curves that are not edges of the Delaunay start
-    for (std::size_t c = 0; c < trace_.curves.size(); ++c)
-      if (!straight.of_curve(c).empty()) bent.push_back(c);
-    constexpr std::size_t kCurvesPerChunk = 1024;
-    parallel_for(context, bent.size(), kCurvesPerChunk,
-                 [&](std::size_t begin, std::size_t end, std::size_t) {
-                   for (std::size_t i = begin; i < end; ++i)
-                     match(bent[i], straight.of_curve(bent[i]));
-                 });
-    move_on_edges(context);
-    for (const std::size_t c : bent) move_on_curve(c);
-    return result_;
-  }
-
- private:
-  // The same crossings in D and in T: those of edges that both have, in the same order. Different
-  // curves may be matched at the same time.
-  void match(std::size_t curve, std::span<const StraightCrossing> straight) {
-    const auto crossings = trace_.of_curve(curve);
-    std::size_t j = 0;
-    for (std::size_t i = 0; i < crossings.size(); ++i) {
-      const HalfedgeId h = crossings[i].through;
-      if (made_later_[at(h >> 1)]) continue;
-      while (j < straight.size() && made_later_[at(straight[j].through >> 1)]) ++j;
-      if (j == straight.size() || straight[j].through != h) return;
-      if (straight[j].on_edge.source > 0.0) {
-        const long double us = scale_[at(metric_.mesh.origin[at(h)])];
-        const long double ut = scale_[at(metric_.mesh.origin[at(h ^ 1)])];
-        // Weights of an edge are divided by the factors of its ends; only the ratio counts.
-        const long double most = std::max(us, ut), least = std::min(us, ut);
-        Wish& w = wish_[static_cast<std::size_t>(trace_.begin[curve]) + i];
-        w.on_edge = scaled(straight[j].on_edge, std::exp(ut - most), std::exp(us - most));
-        w.on_curve = straight[j].on_curve;
-        w.log_weight =
-            static_cast<double>(std::log(straight[j].on_edge.source * std::exp(least - us) +
-                                         straight[j].on_edge.target * std::exp(least - ut)) -
-                                least);
-      }
-      ++j;
+// Places in T of the crossings of a curve that D has as well: those of edges that both have, in the
+// same order. `made_later`: flags of edges, by a Ptolemy flip; `scale`: u per vertex of T.
+void carry_places(const FlipMesh& mesh, const std::vector<char>& made_later,
+                  const std::vector<long double>& scale, std::span<const Crossing> straight,
+                  std::span<const Crossing> crossings, std::span<Crossing> places) {
+  std::size_t j = 0;
+  for (std::size_t i = 0; i < crossings.size(); ++i) {
+    const HalfedgeId h = crossings[i].through;
+    if (made_later[at(h >> 1)]) continue;
+    while (j < straight.size() && made_later[at(straight[j].through >> 1)]) ++j;
+    if (j == straight.size() || straight[j].through != h) return;
+    const auto& [source, target] = straight[j].on_edge;
+    if (source > 0.0) {
+      // Weights of an edge are divided by the factors of its ends; only the ratio counts.
+      const long double us = scale[at(mesh.origin_of(h))], ut = scale[at(mesh.target(h))];
+      const long double most = std::max(us, ut), least = std::min(us, ut);
+      places[i].on_edge = scaled(straight[j].on_edge, std::exp(ut - most), std::exp(us - most));
+      places[i].on_curve = straight[j].on_curve;
+      places[i].log_weight = static_cast<double>(
+          std::log(source * std::exp(least - us) + target * std::exp(least - ut)) - least);
     }
+    ++j;
   }
+}
 
-  // Moves the crossings of every edge whose places are in order.
-  void move_on_edges(const ExecutionContext& context) {
-    for_each_edge(trace_, [&](std::span<const std::size_t> ids) {
-      if (made_later_[at(trace_.crossings[ids.front()].through >> 1)]) return;
-      double last = 0.0;
-      bool ordered = true;
-      for (const std::size_t id : ids) {
-        const Between& b = wish_[id].on_edge;
-        const double share = trace_.crossings[id].through % 2 == 0 ? b.target : b.source;
-        ordered = ordered && b.source > 0.0 && b.target > 0.0 && share > last;
-        last = share;
-      }
-      (ordered ? result_.moved : result_.kept) += ids.size();
-      for (std::size_t i = 0; ordered && i < ids.size(); ++i) {
-        positions_.on_edge[ids[i]] = wish_[ids[i]].on_edge;
-        positions_.log_weight[ids[i]] = wish_[ids[i]].log_weight;
-      }
-    });
-    context.check();
+// Moves the crossings of an edge to their places, if these are in order; were they?
+bool move_on_edge(std::span<const std::size_t> ids, const std::vector<Crossing>& places,
+                  OverlayTrace& trace) {
+  double last = 0.0;
+  for (const std::size_t id : ids) {
+    const Between& b = places[id].on_edge;
+    const double share = trace.crossings[id].through % 2 == 0 ? b.target : b.source;
+    if (!(b.source > 0.0 && b.target > 0.0 && share > last)) return false;
+    last = share;
   }
+  for (const std::size_t id : ids) {
+    trace.crossings[id].on_edge = places[id].on_edge;
+    trace.crossings[id].log_weight = places[id].log_weight;
+  }
+  return true;
+}
 
-  // Along a curve: known places are taken if they are in order, others keep their share of the way
-  // between their neighbours.
-  void move_on_curve(std::size_t curve) {
-    const auto first = static_cast<std::size_t>(trace_.begin[curve]);
-    const auto last = static_cast<std::size_t>(trace_.begin[curve + 1]);
-    double reached = 0.0;
-    for (std::size_t i = first; i < last; ++i) {
-      if (!(wish_[i].on_edge.source > 0.0)) continue;
-      if (!(wish_[i].on_curve.target > reached)) return;
-      reached = wish_[i].on_curve.target;
+// Along a curve: known places are taken if they are in order, others keep their share of the way
+// between their neighbours. The largest move.
+double move_on_curve(std::span<const Crossing> places, std::span<Crossing> crossings) {
+  double reached = 0.0;
+  for (const Crossing& place : places) {
+    if (!(place.on_edge.source > 0.0)) continue;
+    if (!(place.on_curve.target > reached)) return 0.0;
+    reached = place.on_curve.target;
+  }
+  double largest = 0.0;
+  Between old_from{1.0, 0.0}, new_from{1.0, 0.0};
+  for (std::size_t i = 0; i < crossings.size(); ++i) {
+    std::size_t known = i;
+    while (known < crossings.size() && !(places[known].on_edge.source > 0.0)) ++known;
+    const bool end = known == crossings.size();
+    const Between old_to = end ? Between{0.0, 1.0} : crossings[known].on_curve;
+    const Between new_to = end ? Between{0.0, 1.0} : places[known].on_curve;
+    for (; i < known; ++i) {
+      const double span = old_to.target - old_from.target;
+      const double share =
+          span > 0.0 ? std::clamp((crossings[i].on_curve.target - old_from.target) / span, 0.0, 1.0)
+                     : 0.5;
+      crossings[i].on_curve = {(1.0 - share) * new_from.source + share * new_to.source,
+                               (1.0 - share) * new_from.target + share * new_to.target};
     }
-    Between old_from{1.0, 0.0}, new_from{1.0, 0.0};
-    for (std::size_t i = first; i < last;) {
-      std::size_t known = i;
-      while (known < last && !(wish_[known].on_edge.source > 0.0)) ++known;
-      const Between old_to = known < last ? positions_.on_curve[known] : Between{0.0, 1.0};
-      const Between new_to = known < last ? wish_[known].on_curve : Between{0.0, 1.0};
-      for (; i < known; ++i) {
-        const double span = old_to.target - old_from.target;
-        const double share =
-            span > 0.0
-                ? std::clamp((positions_.on_curve[i].target - old_from.target) / span, 0.0, 1.0)
-                : 0.5;
-        positions_.on_curve[i] = {(1.0 - share) * new_from.source + share * new_to.source,
-                                  (1.0 - share) * new_from.target + share * new_to.target};
-      }
-      if (known == last) break;
-      result_.largest_move =
-          std::max(result_.largest_move, std::abs(new_to.target - old_to.target));
-      positions_.on_curve[known] = new_to;
-      old_from = old_to;
-      new_from = new_to;
-      i = known + 1;
-    }
+    if (end) break;
+    largest = std::max(largest, std::abs(new_to.target - old_to.target));
+    crossings[known].on_curve = new_to;
+    old_from = old_to;
+    new_from = new_to;
   }
+  return largest;
+}
 
-  struct Wish {
-    Between on_edge{-1.0, 0.0}, on_curve;  // a negative source: none
-    double log_weight = 0.0;
+// Moves crossings to the places that straight lines over D say. `straight`: of the same curves.
+// Cost: O(#E + crossings log crossings).
+Straightened straighten(const FlippedMetric& metric, const OverlayTrace& straight,
+                        const std::vector<long double>& scale, OverlayTrace& trace,
+                        const ExecutionContext& context) {
+  Straightened result;
+  std::vector<char> made_later(metric.mesh.edge_count(), 0);
+  replay_flips(metric.flips, metric.euclidean_flips, metric.flips.size(), context,
+               [&](EdgeId e) { made_later[at(e)] = 1; });
+  std::vector<std::size_t> bent;  // curves that are not edges of the Delaunay start
+  for (std::size_t c = 0; c < trace.curves.size(); ++c)
+    if (!straight.of_curve(c).empty()) bent.push_back(c);
+  std::vector<Crossing> places(trace.crossings.size(), {kInvalid, 0, kNowhere, {}, 0.0});
+  const auto places_of = [&](std::size_t c) {
+    return std::span(places).subspan(at(trace.begin[c]), at(trace.begin[c + 1] - trace.begin[c]));
   };
-  const FlippedMetric& metric_;
-  const OverlayTrace& trace_;
-  const std::vector<long double>& scale_;
-  OverlayPositions& positions_;
-  std::vector<char> made_later_;  // #E: by a Ptolemy flip
-  std::vector<Wish> wish_;
-  Straightened result_;
-};
-
-// The straight lines of `curves`. `start`: coordinates after the Euclidean flips alone. Cost: O(#E
-// + crossings).
-StraightCurves follow_straight(const FlippedMetric& metric, const OverlayCoordinates& start,
-                               const std::vector<HalfedgeId>& curves,
-                               const std::vector<long double>& initial_length,
-                               const ExecutionContext& context) {
-  StraightCurves out;
-  const StartLengths lengths(metric, initial_length, context);
-  if (!lengths.trusted()) return out;
-  const OverlayTrace trace =
-      trace_overlay(start, curves, std::numeric_limits<std::int64_t>::max(), context);
-  out.begin = trace.begin;
-  out.crossings.resize(trace.crossings.size());
-  std::vector<std::array<Spot, 2>> ends;
-  for (std::size_t c = 0; c < curves.size(); ++c) {
-    if (c % 1024 == 0) context.check();
-    const auto crossings = trace.of_curve(c);
-    if (crossings.empty()) continue;
-    follow_line(start.current(), lengths, trace.start[at(curves[c])], crossings, ends,
-                out.crossings.data() + out.begin[c]);
-  }
-  return out;
+  constexpr std::size_t kCurvesPerChunk = 1024;
+  parallel_for(context, bent.size(), kCurvesPerChunk,
+               [&](std::size_t begin, std::size_t end, std::size_t) {
+                 for (const std::size_t c : std::span(bent).subspan(begin, end - begin))
+                   carry_places(metric.mesh, made_later, scale, straight.of_curve(c),
+                                std::as_const(trace).of_curve(c), places_of(c));
+               });
+  for_each_edge(trace, [&](std::span<const std::size_t> ids) {
+    if (made_later[at(trace.crossings[ids.front()].through >> 1)]) return;
+    (move_on_edge(ids, places, trace) ? result.moved : result.kept) += ids.size();
+  });
+  context.check();
+  for (const std::size_t c : bent)
+    result.largest_move =
+        std::max(result.largest_move, move_on_curve(places_of(c), trace.of_curve(c)));
+  return result;
 }
 
 }  // namespace
@@ -521,7 +478,7 @@ StraightCurves follow_straight(const FlippedMetric& metric, const OverlayCoordin
 Overlay build_overlay(const FlippedMetric& metric, const std::vector<HalfedgeId>& curves,
                       std::int64_t max_crossings, const ExecutionContext& context) {
   debug_check("build_overlay", [&] { return find_broken_invariant(metric); });
-  Overlay overlay{OverlayCoordinates(metric.initial), {}, {}, {}};
+  Overlay overlay{OverlayCoordinates(metric.initial), {}, {}};
   const auto replay = [&](std::size_t from, std::size_t to) {
     replay_flips(metric.flips, from, to, context,
                  [&](EdgeId e) { overlay.coordinates.flip(FlipMesh::halfedge(e)); });
@@ -537,20 +494,17 @@ Overlay build_overlay(const FlippedMetric& metric, const std::vector<HalfedgeId>
   std::vector<long double> scale;
   scale.reserve(metric.mesh.unknown.size());
   for (const VertexId v : metric.mesh.unknown) scale.push_back(u[static_cast<std::size_t>(v)]);
-  StraightCurves straight;
+  OverlayTrace straight;
   parallel_for(context, 2, 1, [&](std::size_t task, std::size_t, std::size_t) {
     if (task == 0) {
       overlay.trace = trace_overlay(overlay.coordinates, curves, max_crossings, context);
-      overlay.positions = locate_crossings(overlay.coordinates, overlay.trace,
-                                           widened(metric.length), scale, context);
+      locate_crossings(overlay.coordinates, widened(metric.length), scale, overlay.trace, context);
     } else if (start) {
-      straight = follow_straight(metric, *start, curves, widened(metric.initial_length), context);
+      straight = follow_straight(metric, *start, curves, context);
     }
   });
-  if (!straight.begin.empty()) {
-    Straightener straightener(metric, overlay.trace, scale, overlay.positions, context);
-    overlay.straightened = straightener.run(straight, context);
-  }
+  if (!straight.begin.empty())
+    overlay.straightened = straighten(metric, straight, scale, overlay.trace, context);
   return overlay;
 }
 
@@ -570,22 +524,21 @@ Between reversed(const Between& b) { return {b.target, b.source}; }
 
 }  // namespace
 
-void spread_crossings(const OverlayTrace& trace, double share, OverlayPositions& positions) {
+void spread_crossings(double share, OverlayTrace& trace) {
   for (std::size_t c = 0; c < trace.curves.size(); ++c) {
-    const auto first = static_cast<std::size_t>(trace.begin[c]);
-    const auto end = static_cast<std::size_t>(trace.begin[c + 1]);
+    const std::span<Crossing> crossings = trace.of_curve(c);
     double least = 0.0;
-    for (std::size_t i = first; i < end; ++i) {
-      positions.on_curve[i] = spread(positions.on_curve[i], i - first, end - first, share, least);
-    }
+    for (std::size_t i = 0; i < crossings.size(); ++i)
+      crossings[i].on_curve = spread(crossings[i].on_curve, i, crossings.size(), share, least);
   }
   for_each_edge(trace, [&](std::span<const std::size_t> ids) {
     double least = 0.0;
     for (std::size_t i = 0; i < ids.size(); ++i) {
-      Between& b = positions.on_edge[ids[i]];
-      const bool forward = trace.crossings[ids[i]].through % 2 == 0;
+      Crossing& crossing = trace.crossings[ids[i]];
+      const bool forward = crossing.through % 2 == 0;
+      const Between& b = crossing.on_edge;
       const Between moved = spread(forward ? b : reversed(b), i, ids.size(), share, least);
-      b = forward ? moved : reversed(moved);
+      crossing.on_edge = forward ? moved : reversed(moved);
     }
   });
 }

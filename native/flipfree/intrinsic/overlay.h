@@ -1,6 +1,5 @@
 // How the edges of the input triangulation run over the final one of a metric: exact in how they
-// cross (OverlayCoordinates, OverlayTrace), and where, in doubles (OverlayPositions,
-// StraightCurves).
+// cross (OverlayCoordinates, OverlayTrace), and where, in doubles (locate_crossings).
 #pragma once
 
 #include <algorithm>
@@ -169,11 +168,24 @@ struct CurveStart {
   bool shared() const { return place < 0; }
 };
 
+// A point between the ends of a half-edge: (1 - t) source + t target, both weights with full
+// relative precision.
+struct Between {
+  double source = 0.5;
+  double target = 0.5;
+};
+
 // A curve of M0 leaves a face of T through half-edge `through` (a half-edge of that face).
 struct Crossing {
   HalfedgeId through = kInvalid;
   // Among all curves that cross this edge, counted from the source of its even half-edge.
   std::int64_t position = 0;
+  // Where, by locate_crossings().
+  Between on_edge;   // on the half-edge `through` of T, in the final metric
+  Between on_curve;  // on the curve of M0, in the input's metric
+  // Logarithm of its weight in the projective map. With -u_v at the vertices of M0, a place with
+  // weights b in a piece of the overlay goes to sum(b w place) / sum(b w).
+  double log_weight = 0.0;
 };
 
 struct OverlayTrace {
@@ -183,7 +195,10 @@ struct OverlayTrace {
       begin;  // #curves + 1: crossings of curve c are begin[c] .. begin[c + 1], in order
   std::vector<Crossing> crossings;
   std::span<const Crossing> of_curve(std::size_t c) const {
-    return {crossings.data() + begin[c], static_cast<std::size_t>(begin[c + 1] - begin[c])};
+    return {crossings.data() + begin[c], at(begin[c + 1] - begin[c])};
+  }
+  std::span<Crossing> of_curve(std::size_t c) {
+    return {crossings.data() + begin[c], at(begin[c + 1] - begin[c])};
   }
 };
 
@@ -214,28 +229,13 @@ OverlayTrace trace_overlay(const OverlayCoordinates& coordinates, std::vector<Ha
 // curves are drawn as geodesics of the Delaunay start too; build_overlay() moves their crossings
 // to the true places afterwards.
 
-// A point between the ends of a half-edge: (1 - t) source + t target, both weights with full
-// relative precision.
-struct Between {
-  double source = 0.5;
-  double target = 0.5;
-};
-
-struct OverlayPositions {
-  std::vector<Between>
-      on_edge;  // per crossing: on the half-edge `through` of T, in the final metric
-  std::vector<Between> on_curve;  // per crossing: on the curve of M0, in the input's metric
-  // Per crossing: logarithm of its weight in the projective map. With -u_v at the vertices of M0, a
-  // place with weights b in a piece of the overlay goes to sum(b w place) / sum(b w).
-  std::vector<double> log_weight;
-};
-
-// `lengths`: per edge of T, of the final metric; `scale`: per vertex of M0 = T, u. Both in 80-bit
-// numbers for their range: hundreds of orders of magnitude occur. Cost: O(crossings).
-OverlayPositions locate_crossings(const OverlayCoordinates& coordinates, const OverlayTrace& trace,
-                                  const std::vector<long double>& lengths,
-                                  const std::vector<long double>& scale,
-                                  const ExecutionContext& context);
+// Gives all crossings of the trace their places. `lengths`: per edge of T, of the final metric;
+// `scale`: per vertex of M0 = T, u. Both in 80-bit numbers for their range: hundreds of orders of
+// magnitude occur. Cost: O(crossings).
+void locate_crossings(const OverlayCoordinates& coordinates,
+                      const std::vector<long double>& lengths,
+                      const std::vector<long double>& scale, OverlayTrace& trace,
+                      const ExecutionContext& context);
 
 // Straight edges for inputs that are not Delaunay.
 //
@@ -257,24 +257,9 @@ struct Straightened {
   double largest_move = 0.0;  // along an input edge, share of its length
 };
 
-// Where a straight line over D crosses one of its edges.
-struct StraightCrossing {
-  HalfedgeId through = kInvalid;
-  Between on_edge;  // in the Euclidean metric; source < 0: lost in rounding
-  Between on_curve;
-};
-struct StraightCurves {
-  std::vector<std::int64_t> begin;  // #curves + 1; empty if lengths cannot be trusted
-  std::vector<StraightCrossing> crossings;
-  std::span<const StraightCrossing> of_curve(std::size_t c) const {
-    return {crossings.data() + begin[c], static_cast<std::size_t>(begin[c + 1] - begin[c])};
-  }
-};
-
 struct Overlay {
   OverlayCoordinates coordinates;
   OverlayTrace trace;
-  OverlayPositions positions;
   Straightened straightened;
 };
 
@@ -295,6 +280,6 @@ Overlay build_overlay(const FlippedMetric& metric, const std::vector<HalfedgeId>
 // Moves every place, along the edge and along the curve, by `share` (0 to 1) of the way to where it
 // were if all crossings there were evenly spaced. Then two of n neighbours are share / (n + 1) of
 // the edge apart, up to rounding. Cost: O(crossings log crossings).
-void spread_crossings(const OverlayTrace& trace, double share, OverlayPositions& positions);
+void spread_crossings(double share, OverlayTrace& trace);
 
 }  // namespace flipfree::intrinsic

@@ -115,28 +115,26 @@ TEST(OverlayPositions, ChordsOfOneCircleCrossWhereTheyCross) {
       }
     }
     const ExecutionContext context;
-    const OverlayTrace trace = trace_overlay(polygon.coordinates, curves, 1'000'000, context);
-    const OverlayPositions positions =
-        locate_crossings(polygon.coordinates, trace, lengths, u, context);
+    OverlayTrace trace = trace_overlay(polygon.coordinates, curves, 1'000'000, context);
+    locate_crossings(polygon.coordinates, lengths, u, trace, context);
     ASSERT_GT(trace.crossings.size(), 20u);
     for (std::size_t c = 0; c < curves.size(); ++c) {
       const Vector2 a = polygon.points[at(polygon.coordinates.input().origin_of(curves[c]))];
       const Vector2 d =
           polygon.points[at(polygon.coordinates.input().origin_of(curves[c] ^ 1))] - a;
-      for (std::int64_t i = trace.begin[c]; i < trace.begin[c + 1]; ++i) {
-        const auto id = static_cast<std::size_t>(i);
-        const HalfedgeId h = trace.crossings[id].through;
+      for (const Crossing& crossing : trace.of_curve(c)) {
+        const HalfedgeId h = crossing.through;
         const Index s = mesh.origin_of(h), t = mesh.origin_of(h ^ 1);
         const Vector2 p = polygon.points[at(s)], e = polygon.points[at(t)] - p;
         const double cross = d.x() * e.y() - d.y() * e.x();
         const double along_curve = ((p - a).x() * e.y() - (p - a).y() * e.x()) / cross;
         const double along_edge = ((p - a).x() * d.y() - (p - a).y() * d.x()) / cross;
         // The input's metric is the circle's; the final one weights end points by exp(-u).
-        EXPECT_NEAR(positions.on_curve[id].target, along_curve, 1e-12);
+        EXPECT_NEAR(crossing.on_curve.target, along_curve, 1e-12);
         const double ws = (1 - along_edge) * std::exp(static_cast<double>(-u[at(s)]));
         const double wt = along_edge * std::exp(static_cast<double>(-u[at(t)]));
-        EXPECT_NEAR(positions.on_edge[id].target, wt / (ws + wt), 1e-12);
-        EXPECT_NEAR(positions.on_edge[id].source + positions.on_edge[id].target, 1.0, 1e-15);
+        EXPECT_NEAR(crossing.on_edge.target, wt / (ws + wt), 1e-12);
+        EXPECT_NEAR(crossing.on_edge.source + crossing.on_edge.target, 1.0, 1e-15);
       }
     }
   }

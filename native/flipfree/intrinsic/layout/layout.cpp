@@ -41,12 +41,22 @@ using Place = std::complex<long double>;
 // By the package's own mathematics, which has no cabsl and no cargl.
 long double length(const Place& p) { return std::hypot(p.real(), p.imag()); }
 
+// The development of a triangulation: places of its corners, and of points along its edges.
+//
+// On the input's own triangulation the points are where its edges cross the final one. On a
+// refined start (split_surface.h) every edge of the input is a chain of pieces with crossings of
+// their own, joined by added vertices: these become points of the edge like the others. Vertices
+// added inside faces are not needed: a face's image is known from its boundary.
 struct Development {
+  struct Point {
+    Between along;                // between the ends of its edge
+    std::array<Place, 2> places;  // left and right of the edge; equal away from cuts
+  };
   std::vector<Place> corner;         // 3 #F
   std::vector<double> corner_angle;  // 3 #F: angle between the first pieces of a corner's two
                                      // sides, may pass 2 pi; 0 in faces without crossings
-  // Per crossing: left and right of its curve; equal away from cuts.
-  std::vector<std::array<Place, 2>> crossing;
+  std::vector<std::int64_t> begin;   // #E + 1: points of edge e, in order along its half-edge
+  std::vector<Point> points;
   std::vector<Index> chart_of_face;  // #F
   Index chart_count = 0;
   // Largest distance between two developments of one place, over the largest developed edge: how
@@ -54,20 +64,14 @@ struct Development {
   double closing_error = 0.0;
 };
 
-// The overlay of a triangulation M0 with the final one, T.
-struct TracedMesh {
-  const Overlay& overlay;
-  const std::vector<HalfedgeId>& halfedge_of_corner;  // 3 #F: of M0, corner k to k + 1
-  std::vector<Index> curve_of_edge;  // #E of M0: curve that traces it, kInvalid = none
-  std::vector<char> cut;             // #E of M0: is it a cut or boundary?
-};
-
-// The crossings of a curve, along it or back.
+// The crossings of an edge, along it or back.
 struct Crossings {
   std::int64_t begin, end;
   bool forward;
-  Crossings(const OverlayTrace& trace, Index curve, bool along)
-      : begin(trace.begin[at(curve)]), end(trace.begin[at(curve) + 1]), forward(along) {}
+  Crossings(const MetricOverlay& overlaid, EdgeId edge, bool along)
+      : begin(overlaid.overlay.trace.begin[at(edge)]),
+        end(overlaid.overlay.trace.begin[at(edge) + 1]),
+        forward(along) {}
   std::int64_t count() const { return end - begin; }
   std::size_t id(std::int64_t i) const { return at(forward ? begin + i : end - 1 - i); }
   // A place between the ends of the curve, or of what it crosses, as seen from there.
@@ -97,28 +101,32 @@ struct Angle {
 template <typename Real>
 class FaceDeveloper {
  public:
-  FaceDeveloper(const TracedMesh& input, std::vector<Real> lengths, const ExecutionContext& context)
-      : input_(input),
-        trace_(input.overlay.trace),
-        mesh_(input.overlay.coordinates.current()),
-        halfedges_(input.halfedge_of_corner),
+  // Along `cuts` (flags of M0's half-edges) neighbours part.
+  FaceDeveloper(const MetricOverlay& overlaid, const mesh::EdgeFlags& cuts,
+                std::vector<Real> lengths, const ExecutionContext& context)
+      : overlaid_(overlaid),
+        trace_(overlaid.overlay.trace),
+        mesh_(overlaid.overlay.coordinates.current()),
+        halfedges_(overlaid.metric->input_halfedge),
         context_(context),
         lengths_(std::move(lengths)),
         angles_(mesh_.halfedge_count()),
-        corner_of_(mesh_.halfedge_count(), kInvalid),
-        mate_(halfedges_.size(), kInvalid),
+        curve_(mesh_.edge_count(), kInvalid),
+        mate_(overlaid.adjacency.opposite),
         placed_(halfedges_.size(), 0) {
     parallel_for(context, angles_.size(), 4096,
                  [&](std::size_t begin, std::size_t end, std::size_t) {
                    for (std::size_t h = begin; h < end; ++h)
                      angles_[h] = corner_angle(static_cast<HalfedgeId>(h));
                  });
-    for (CornerId c = 0; c < corner_count(); ++c) corner_of_[at(halfedge(c))] = c;
     for (CornerId c = 0; c < corner_count(); ++c) {
-      if (input.cut[at(halfedge(c) >> 1)] == 0) mate_[at(c)] = corner_of_[at(opposite(c))];
+      curve_[at(halfedge(c) >> 1)] = overlaid.edges.of_corner[at(c)];
+      if (cuts[at(c)]) mate_[at(c)] = kInvalid;
     }
     development_.corner.resize(halfedges_.size());
-    development_.crossing.resize(trace_.crossings.size());
+    development_.begin = trace_.begin;
+    for (const Crossing& crossing : trace_.crossings)
+      development_.points.push_back({crossing.on_curve, {}});
     development_.chart_of_face.assign(halfedges_.size() / 3, kInvalid);
   }
 
@@ -147,8 +155,8 @@ class FaceDeveloper {
   Place place(const F& f) const { return {numeric::widen(f.x), numeric::widen(f.y)}; }
   long double length(HalfedgeId h) const { return numeric::widen(lengths_[at(h >> 1)]); }
   Crossings crossings_of(HalfedgeId g) const {
-    const Index curve = input_.curve_of_edge[at(g >> 1)];
-    return {trace_, curve, trace_.curves[at(curve)] == g};
+    const Index curve = curve_[at(g >> 1)];
+    return {overlaid_, curve, trace_.curves[at(curve)] == g};
   }
 
   // From the frame of start(from) to that of start(to), the next half-edge of M0 around their
@@ -202,7 +210,7 @@ class FaceDeveloper {
                               " jumps between faces");
         to_next(frame, h);
       }
-      const Real t(crossings.seen(input_.overlay.positions.on_edge[id]).target);
+      const Real t(crossings.seen(trace_.crossings[id].on_edge).target);
       const Real& l = lengths_[at(h >> 1)];
       visit(id, Place{numeric::widen(frame.x + frame.dx * l * t),
                       numeric::widen(frame.y + frame.dy * l * t)});
@@ -223,7 +231,7 @@ class FaceDeveloper {
     if (s.shared()) return 0.0;
     const Crossings crossings = crossings_of(g);
     // The opposite side runs from the target of h; seen against the curve its ends are swapped.
-    const Between near = crossings.seen(input_.overlay.positions.on_edge[crossings.id(0)]);
+    const Between near = crossings.seen(trace_.crossings[crossings.id(0)].on_edge);
     const Angle<Real>& angle = angles_[at(s.halfedge)];
     const long double a = length(s.halfedge) * near.source;
     const long double b = length(mesh_.previous(s.halfedge)) * near.target;
@@ -355,8 +363,8 @@ class FaceDeveloper {
     } else {
       const std::size_t side = crossings_of(g).forward ? 0 : 1;
       to = follow(from, along, [&](std::size_t id, const Place& p) {
-        development_.crossing[id][side] = p;
-        if (!cut) development_.crossing[id][1 - side] = p;
+        development_.points[id].places[side] = p;
+        if (!cut) development_.points[id].places[1 - side] = p;
       });
     }
     const F &source = backwards ? to : from, &target = backwards ? from : to;
@@ -371,12 +379,8 @@ class FaceDeveloper {
   void measure_angles() {
     development_.corner_angle.assign(halfedges_.size(), 0.0);
     std::vector<FaceId> faces;  // with crossings
-    for (std::size_t curve = 0; curve < trace_.curves.size(); ++curve) {
-      if (trace_.of_curve(curve).empty()) continue;
-      const HalfedgeId g = trace_.curves[curve];
-      for (const CornerId c : {corner_of_[at(g)], corner_of_[at(FlipMesh::opposite(g))]})
-        if (c != kInvalid) faces.push_back(c / 3);
-    }
+    for (CornerId c = 0; c < corner_count(); ++c)
+      if (!trace_.of_curve(at(overlaid_.edges.of_corner[at(c)])).empty()) faces.push_back(c / 3);
     sort_unique(faces);
     parallel_for(context_, faces.size(), 512, [&](std::size_t begin, std::size_t end, std::size_t) {
       for (std::size_t i = begin; i < end; ++i) {
@@ -387,15 +391,15 @@ class FaceDeveloper {
     });
   }
 
-  const TracedMesh& input_;
+  const MetricOverlay& overlaid_;
   const OverlayTrace& trace_;
   const FlipMesh& mesh_;
   const std::vector<HalfedgeId>& halfedges_;  // of M0, per corner
   const ExecutionContext& context_;
   std::vector<Real> lengths_;
   std::vector<Angle<Real>> angles_;
-  std::vector<CornerId> corner_of_;  // half-edge of M0 -> corner
-  std::vector<CornerId> mate_;       // per corner
+  std::vector<Index> curve_;    // edge of M0 -> the curve that traces it
+  std::vector<CornerId> mate_;  // per corner
   Development development_;
   std::vector<char> placed_;  // corners whose place is known
   // By the edge's square, the longest first, and the corner of the face that is entered over it.
@@ -408,8 +412,8 @@ class FaceDeveloper {
 
 // Doubles are developed in double where lengths differ little, else in 80 bits, since the shortest
 // edges must not drown in the rounding of places far away.
-Development develop_traced(const TracedMesh& input, const Scalars& lengths,
-                           const ExecutionContext& context) {
+Development develop_own(const MetricOverlay& overlaid, const mesh::EdgeFlags& cuts,
+                        const ExecutionContext& context) {
   return std::visit(
       [&]<typename Real>(const std::vector<Real>& all) {
         if constexpr (std::is_same_v<Real, double>) {
@@ -418,26 +422,14 @@ Development develop_traced(const TracedMesh& input, const Scalars& lengths,
               *high < kMildRatio * *low && *high<kLargestMild&& * low> 1 / kLargestMild;
           if (!mild) {
             return FaceDeveloper<long double>(
-                       input, std::vector<long double>(all.begin(), all.end()), context)
+                       overlaid, cuts, std::vector<long double>(all.begin(), all.end()), context)
                 .run();
           }
         }
-        return FaceDeveloper<Real>(input, all, context).run();
+        return FaceDeveloper<Real>(overlaid, cuts, all, context).run();
       },
-      lengths);
+      overlaid.metric->length);
 }
-
-// The development of the input: places of its corners, and of points along its edges.
-//
-// On the input's own triangulation the points are where its edges cross the final one. On a
-// refined start (split_surface.h) every edge of the input is a chain of pieces with crossings of
-// their own, joined by added vertices: these become points of the edge like the others. Vertices
-// added inside faces are not needed: a face's image is known from its boundary.
-struct InputDevelopment {
-  Development development;          // of the input's corners and faces; `crossing` has the points
-  std::vector<std::int64_t> begin;  // #E + 1: points of edge e, in order along its half-edge
-  std::vector<Between> along;       // per point: between the ends of its edge, on the input
-};
 
 // The developed angle at a corner; in faces without crossings it is that of their three places.
 double corner_angle(const Development& development, CornerId c) {
@@ -450,89 +442,65 @@ double corner_angle(const Development& development, CornerId c) {
 }
 
 // Appends the points of one input edge: `h` is its half-edge.
-void write_chain(const MetricOverlay& fine, const Development& development, HalfedgeId h,
-                 InputDevelopment& out) {
-  const SplitSurface& split = *fine.split;
+void write_chain(const MetricOverlay& overlaid, const Development& fine, HalfedgeId h,
+                 std::vector<Development::Point>& out) {
+  const SplitSurface& split = *overlaid.split;
   const Index begin = split.piece_begin[at(h)], end = split.piece_begin[at(h) + 1];
   for (Index i = begin; i < end; ++i) {
     const HalfedgeId g = split.piece[at(i)];
     const double from = split.piece_from[at(i)];
     const double to = i + 1 < end ? split.piece_from[at(i + 1)] : 1.0;
-    const Index e = fine.edges.of_corner[at(g)];
-    const Crossings crossings(fine.overlay.trace, e, fine.edges.halfedge[at(e)] == g);
+    const Index e = overlaid.edges.of_corner[at(g)];
+    const Crossings crossings(overlaid, e, overlaid.edges.halfedge[at(e)] == g);
     for (std::int64_t k = 0; k < crossings.count(); ++k) {
-      const std::size_t id = crossings.id(k);
-      const auto [s, t] = crossings.seen(fine.overlay.positions.on_curve[id]);
-      out.along.push_back({s * (1.0 - from) + t * (1.0 - to), s * from + t * to});
-      const auto& [left, right] = development.crossing[id];
-      out.development.crossing.push_back(crossings.forward ? std::array{left, right}
-                                                           : std::array{right, left});
+      const auto& [along, places] = fine.points[crossings.id(k)];
+      const auto [s, t] = crossings.seen(along);
+      out.push_back({{s * (1.0 - from) + t * (1.0 - to), s * from + t * to}, places});
+      if (!crossings.forward) std::swap(out.back().places[0], out.back().places[1]);
     }
     if (i + 1 == end) break;
     // The vertex at the end of the piece.
-    const HalfedgeId o = fine.adjacency.opposite[at(g)];
-    const Place left = development.corner[at(next_corner(g))];
-    out.along.push_back({1.0 - to, to});
-    out.development.crossing.push_back({left, o == kInvalid ? left : development.corner[at(o)]});
+    const HalfedgeId o = overlaid.adjacency.opposite[at(g)];
+    const Place left = fine.corner[at(next_corner(g))];
+    out.push_back({{1.0 - to, to}, {left, o == kInvalid ? left : fine.corner[at(o)]}});
   }
 }
 
-// The layout of the input from that of the surface it was split into.
-InputDevelopment composed(const MetricOverlay& overlaid, const Development& fine,
-                          const InputEdges& edges) {
+// The layout of the input from that of the surface it was split into. `edges`: of the input.
+Development composed(const MetricOverlay& overlaid, const Development& fine,
+                     const InputEdges& edges) {
   const SplitSurface& split = *overlaid.split;
-  const auto corner_count = static_cast<CornerId>(split.corner_begin.size()) - 1;
-  InputDevelopment out;
-  Development& development = out.development;
-  development.chart_count = fine.chart_count;
-  development.closing_error = fine.closing_error;
-  development.chart_of_face.resize(at(corner_count / 3));
-  development.corner.resize(at(corner_count));
-  development.corner_angle.assign(at(corner_count), 0.0);
-  for (CornerId c = 0; c < corner_count; ++c) {
-    for (Index i = split.corner_begin[at(c)]; i < split.corner_begin[at(c) + 1]; ++i) {
+  const std::size_t corner_count = split.corner_begin.size() - 1;
+  Development out;
+  out.chart_count = fine.chart_count;
+  out.closing_error = fine.closing_error;
+  out.chart_of_face.resize(corner_count / 3);
+  out.corner.resize(corner_count);
+  out.corner_angle.assign(corner_count, 0.0);
+  for (std::size_t c = 0; c < corner_count; ++c) {
+    for (Index i = split.corner_begin[c]; i < split.corner_begin[c + 1]; ++i) {
       const CornerId own = split.corner[at(i)];
-      development.corner[at(c)] = fine.corner[at(own)];
-      development.corner_angle[at(c)] += corner_angle(fine, own);
-      development.chart_of_face[at(c / 3)] = fine.chart_of_face[at(own / 3)];
+      out.corner[c] = fine.corner[at(own)];
+      out.corner_angle[c] += corner_angle(fine, own);
+      out.chart_of_face[c / 3] = fine.chart_of_face[at(own / 3)];
     }
   }
   out.begin.push_back(0);
   for (const HalfedgeId h : edges.halfedge) {
-    write_chain(overlaid, fine, h, out);
-    out.begin.push_back(static_cast<std::int64_t>(out.along.size()));
+    write_chain(overlaid, fine, h, out.points);
+    out.begin.push_back(std::ssize(out.points));
   }
   return out;
 }
 
 // The cuts on the triangulation that the metric was computed on.
 mesh::EdgeFlags on_pieces(const mesh::EdgeFlags& cuts, const SplitSurface& split) {
-  mesh::EdgeFlags flags(static_cast<std::size_t>(3 * split.faces.rows()), false);
+  mesh::EdgeFlags flags(at(split.faces.size()), false);
   for (std::size_t h = 0; h < cuts.size(); ++h) {
     for (Index i = split.piece_begin[h]; cuts[h] && i < split.piece_begin[h + 1]; ++i)
       flags[at(split.piece[at(i)])] = true;
   }
   return flags;
-}
-
-// Along `cuts` (flags of the input's half-edges) neighbours part. `edges`: of the input.
-InputDevelopment develop(const MetricOverlay& overlaid, const InputEdges& edges,
-                         const mesh::EdgeFlags& cuts, const ExecutionContext& context) {
-  const FlippedMetric& metric = *overlaid.metric;
-  const bool split = overlaid.split != nullptr;
-  const mesh::EdgeFlags own_cuts = split ? on_pieces(cuts, *overlaid.split) : cuts;
-  TracedMesh input{overlaid.overlay, metric.input_halfedge,
-                   std::vector<Index>(metric.initial.edge_count(), kInvalid),
-                   std::vector<char>(metric.initial.edge_count(), 0)};
-  for (std::size_t e = 0; e < overlaid.edges.halfedge.size(); ++e) {
-    const HalfedgeId h = overlaid.edges.halfedge[e];
-    const EdgeId own = FlipMesh::edge(metric.input_halfedge[at(h)]);
-    input.curve_of_edge[at(own)] = static_cast<Index>(e);
-    input.cut[at(own)] = overlaid.adjacency.opposite[at(h)] == kInvalid || own_cuts[at(h)];
-  }
-  Development own = develop_traced(input, metric.length, context);
-  if (split) return composed(overlaid, own, edges);
-  return {std::move(own), overlaid.overlay.trace.begin, overlaid.overlay.positions.on_curve};
 }
 
 // Turns every chart so that its longest boundary edge is horizontal, sets
@@ -610,30 +578,25 @@ ChartPlacement place_charts(const Development& development, const mesh::Adjacenc
   return placement;
 }
 
-EdgePointMap to_edge_points(const InputDevelopment& developed, const ChartPlacement& placement,
+EdgePointMap to_edge_points(const Development& development, const ChartPlacement& placement,
                             const InputEdges& edges, const mesh::Adjacency& adjacency) {
-  const Development& development = developed.development;
   EdgePointMap map;
   map.edge_halfedge = edges.halfedge;
   map.edge_of = edges.of_corner;
-  map.begin = developed.begin;
-  const auto corner_count = static_cast<CornerId>(development.corner.size());
+  map.begin = development.begin;
   map.corner_angle = development.corner_angle;
-  map.corner_uv.resize(corner_count, 2);
-  for (CornerId c = 0; c < corner_count; ++c)
-    map.corner_uv.row(c) =
-        placement.apply(development.corner[at(c)], development.chart_of_face[at(c / 3)]);
-  map.points.resize(developed.along.size());
+  map.corner_uv.resize(std::ssize(development.corner), 2);
+  for (std::size_t c = 0; c < development.corner.size(); ++c)
+    map.corner_uv.row(static_cast<Eigen::Index>(c)) =
+        placement.apply(development.corner[c], development.chart_of_face[c / 3]);
   for (std::size_t e = 0; e < edges.halfedge.size(); ++e) {
     const HalfedgeId other = adjacency.opposite[at(edges.halfedge[e])];
     const Index left = development.chart_of_face[at(edges.halfedge[e] / 3)];
     const Index right = other == kInvalid ? left : development.chart_of_face[at(other / 3)];
     for (std::int64_t i = map.begin[e]; i < map.begin[e + 1]; ++i) {
-      const auto p = static_cast<std::size_t>(i);
-      EdgePoint& point = map.points[p];
-      point.along = developed.along[p];
-      point.uv_left = placement.apply(development.crossing[p][0], left);
-      point.uv_right = placement.apply(development.crossing[p][other == kInvalid ? 0 : 1], right);
+      const auto& [along, places] = development.points[at(i)];
+      map.points.push_back({along, placement.apply(places[0], left),
+                            placement.apply(places[other == kInvalid ? 0 : 1], right)});
     }
   }
   return map;
@@ -659,16 +622,16 @@ Place finest_place(const Development& development, const ChartPlacement& placeme
 // square, then, where that is too coarse, with the origin moved to the finest
 // place. If none can be stored in 32 bits, the best one for 64. Cuts become
 // edges of the map.
-void refine_and_round(const mesh::Surface& surface, const InputDevelopment& developed,
+void refine_and_round(const mesh::Surface& surface, const Development& development,
                       const InputEdges& edges, const mesh::EdgeFlags& cuts, Refinement refinement,
                       MetricLayout& best, const ExecutionContext& context) {
   constexpr int kOrigins = 3;
   const mesh::Adjacency& adjacency = surface.adjacency();
-  ChartPlacement placement = place_charts(developed.development, adjacency);
+  ChartPlacement placement = place_charts(development, adjacency);
   ChartPlacement best_placement = placement;
   EdgePointMap points;
   for (int attempt = 0; attempt < kOrigins; ++attempt) {
-    points = to_edge_points(developed, placement, edges, adjacency);
+    points = to_edge_points(development, placement, edges, adjacency);
     RefinedLayout refined = refine_map(surface, points, refinement, Storage::k64And32, context);
     if (attempt > 0 && refined.invalid.size() >= best.too_small.size()) break;
     best.too_small = refined.invalid;
@@ -676,10 +639,10 @@ void refine_and_round(const mesh::Surface& surface, const InputDevelopment& deve
     best_placement = placement;
     best.origin_moves = attempt;
     if (best.too_small.empty()) break;
-    placement.origin = finest_place(developed.development, placement, best.too_small);
+    placement.origin = finest_place(development, placement, best.too_small);
   }
   if (!best.too_small.empty()) {
-    points = to_edge_points(developed, best_placement, edges, adjacency);
+    points = to_edge_points(development, best_placement, edges, adjacency);
     best.map = refine_map(surface, points, refinement, Storage::k64Only, context);
   }
   best.cut_edges = edges_on(surface.faces, points, cuts, best.map);
@@ -707,13 +670,15 @@ MetricLayout lay_out_metric(const mesh::Surface& surface, const MetricOverlay& o
   Stopwatch watch;
   context.report("layout", 0.0);
   const InputEdges edges = number_edges(surface.adjacency());
-  const InputDevelopment developed = develop(overlaid, edges, cuts, context);
-  out.chart_count = developed.development.chart_count;
-  out.closing_error = developed.development.closing_error;
+  Development development =
+      develop_own(overlaid, overlaid.split ? on_pieces(cuts, *overlaid.split) : cuts, context);
+  if (overlaid.split) development = composed(overlaid, development, edges);
+  out.chart_count = development.chart_count;
+  out.closing_error = development.closing_error;
   out.seconds_layout = watch.seconds();
   watch.restart();
   context.report("refinement", 0.4);
-  refine_and_round(surface, developed, edges, cuts, refinement, out, context);
+  refine_and_round(surface, development, edges, cuts, refinement, out, context);
   out.seconds_refine = watch.seconds();
   return out;
 }

@@ -42,7 +42,7 @@ class ExactTriangulation {
       stack.pop_back();
       if (j < i + 2) continue;
       const std::size_t k = chains_[i * n_ + j].apex;
-      triangles.push_back({static_cast<Index>(i), static_cast<Index>(k), static_cast<Index>(j)});
+      triangles.push_back({p_[i].id, p_[k].id, p_[j].id});
       stack.push_back({i, k});
       stack.push_back({k, j});
     }
@@ -164,9 +164,7 @@ bool triangulate_cells(const std::vector<PolygonVertex>& polygon,
     cell.clear();
     for (std::size_t i = first; i < open.size(); ++i) cell.push_back(polygon[at(open[i])]);
     if (!triangulate_polygon(cell, {}, storage, local, context)) return false;
-    for (const PolygonTriangle& t : local) {
-      triangles.push_back({open[first + at(t[0])], open[first + at(t[1])], open[first + at(t[2])]});
-    }
+    triangles.insert(triangles.end(), local.begin(), local.end());
     return true;
   };
   std::size_t next = 0;

@@ -29,7 +29,7 @@ struct PolygonVertex {
   Vector2 uv;
   Vector2 stored;  // uv as 32 bits have it
 };
-using PolygonTriangle = std::array<Index, 3>;  // positions in the polygon
+using PolygonTriangle = std::array<Index, 3>;  // ids of vertices
 
 // Which values must be positive.
 enum class Storage { k64And32, k64Only };

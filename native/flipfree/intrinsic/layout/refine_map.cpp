@@ -53,7 +53,7 @@ struct Side {
 // True if at every vertex of the polygon the angles of the triangles (given by ids) sum to the
 // developed one, up to less than a turn; also if none are given.
 bool angles_are_developed(std::vector<double> developed, const std::vector<PolygonVertex>& polygon,
-                          const std::vector<std::array<Index, 3>>& triangles) {
+                          const std::vector<PolygonTriangle>& triangles) {
   if (developed.empty()) return true;
   std::array<std::size_t, 3> place{};
   for (const auto& t : triangles) {
@@ -156,7 +156,7 @@ class MapRefiner {
         context_(context),
         vertex_count_(static_cast<Index>(input.vertices.rows())),
         used_(map.points.size(), 0),
-        slot_(static_cast<std::size_t>(input.faces.rows()), kInvalid) {}
+        triangles_(static_cast<std::size_t>(input.faces.rows())) {}
 
   RefinedLayout run(Refinement refinement) {
     std::vector<FaceId> bad = find_bad();
@@ -166,7 +166,7 @@ class MapRefiner {
     }
     by_cells_ = refinement == Refinement::kFull;
     if (by_cells_) {
-      bad.resize(slot_.size());
+      bad.resize(triangles_.size());
       std::iota(bad.begin(), bad.end(), 0);
     }
     activate(std::move(bad), by_cells_);
@@ -175,33 +175,28 @@ class MapRefiner {
   }
 
  private:
-  using Triangle = std::array<Index, 3>;  // vertices of the input; vertex count + p is point p
-
   const mesh::Surface& input_;
   const mesh::Adjacency& adjacency_;
   const EdgePointMap& map_;
   Storage storage_;
   const ExecutionContext& context_;
   Index vertex_count_;
-  std::vector<char> used_;   // per point
-  std::vector<Index> slot_;  // per face: its triangulation, kInvalid = the face itself
-  std::vector<std::vector<Triangle>> triangulations_;
+  std::vector<char> used_;  // per point
+  // Per face; none: the face itself. Vertex count + p is point p.
+  std::vector<std::vector<PolygonTriangle>> triangles_;
   std::vector<FaceId> invalid_;
   bool by_cells_ = false;  // along the final triangulation's edges wherever that is possible
   // Scratch, kept to avoid allocation.
   std::vector<PolygonVertex> polygon_, hole_;
-  std::vector<PolygonTriangle> local_;
+  std::vector<PolygonTriangle> found_;
 
   HalfedgeId opposite(HalfedgeId h) const { return adjacency_.opposite[at(h)]; }
   bool uses(std::int64_t p) const { return used_[at(p)] != 0; }
 
-  // The face's own triangles, to be changed.
-  std::vector<Triangle>& triangles(FaceId f) {
-    if (slot_[at(f)] == kInvalid) {
-      slot_[at(f)] = static_cast<Index>(triangulations_.size());
-      triangulations_.push_back({{input_.faces(f, 0), input_.faces(f, 1), input_.faces(f, 2)}});
-    }
-    return triangulations_[at(slot_[at(f)])];
+  std::vector<PolygonTriangle>& triangles(FaceId f) {
+    if (triangles_[at(f)].empty())
+      triangles_[at(f)] = {{input_.faces(f, 0), input_.faces(f, 1), input_.faces(f, 2)}};
+    return triangles_[at(f)];
   }
 
   // The face's image as a polygon of its corners and the points in use, in a frame isometric to the
@@ -267,7 +262,7 @@ class MapRefiner {
 
   // Faces whose own triangle is not valid or not the right one.
   std::vector<FaceId> find_bad() const {
-    return indices_where(context_, slot_.size(), kFacesPerChunk, [&](std::size_t i) {
+    return indices_where(context_, triangles_.size(), kFacesPerChunk, [&](std::size_t i) {
       const auto f = static_cast<FaceId>(i);
       thread_local std::vector<PolygonVertex> p;  // its memory is kept
       build_polygon(f, p);
@@ -277,30 +272,19 @@ class MapRefiner {
     });
   }
 
-  // Of local_, which are positions in polygon_.
-  std::vector<Triangle> by_ids() const {
-    std::vector<Triangle> named;
-    for (const PolygonTriangle& t : local_)
-      named.push_back({polygon_[at(t[0])].id, polygon_[at(t[1])].id, polygon_[at(t[2])].id});
-    return named;
-  }
-
   bool triangulate(FaceId f) {
     build_polygon(f, polygon_);
     const std::vector<double> angles = developed_angles(f, polygon_);
-    std::vector<Triangle> found;
+    bool found = false;
     if (by_cells_ || polygon_.size() > kLargePolygon) {
       std::array<Index, 3> count{};
       for (Index k = 0; k < 3; ++k) count[at(k)] = Side(map_, 3 * f + k).last() - 1;
-      if (triangulate_cells(polygon_, face_chords(count, polygon_), storage_, local_, context_))
-        found = by_ids();
-      if (!angles_are_developed(angles, polygon_, found)) found.clear();
+      found =
+          triangulate_cells(polygon_, face_chords(count, polygon_), storage_, found_, context_) &&
+          angles_are_developed(angles, polygon_, found_);
     }
-    if (found.empty()) {
-      if (!triangulate_polygon(polygon_, angles, storage_, local_, context_)) return false;
-      found = by_ids();
-    }
-    triangles(f) = std::move(found);
+    if (!found && !triangulate_polygon(polygon_, angles, storage_, found_, context_)) return false;
+    triangles_[at(f)] = found_;
     return true;
   }
 
@@ -339,7 +323,7 @@ class MapRefiner {
   // Adds the points of bad faces until every face has a triangulation or nothing is left to add.
   // Every face enters the queue at most once more than it has edges.
   void activate(std::vector<FaceId> queue, bool all) {
-    std::vector<char> waiting(slot_.size(), 0), failed(slot_.size(), 0);
+    std::vector<char> waiting(triangles_.size(), 0), failed(triangles_.size(), 0);
     for (const FaceId f : queue) waiting[at(f)] = 1;
     for (std::size_t i = 0; i < queue.size(); ++i) {
       if (i % 256 == 0) context_.check();
@@ -373,21 +357,21 @@ class MapRefiner {
   void write_anyway(FaceId f) {
     build_polygon(f, polygon_);
     for (PolygonVertex& v : polygon_) v.uv = v.domain;
-    if (!triangulate_polygon(polygon_, {}, Storage::k64Only, local_, context_)) {
-      local_.clear();
-      for (Index i = 1; i + 1 < static_cast<Index>(polygon_.size()); ++i)
-        local_.push_back({0, i, i + 1});
+    if (!triangulate_polygon(polygon_, {}, Storage::k64Only, found_, context_)) {
+      found_.clear();
+      for (std::size_t i = 1; i + 1 < polygon_.size(); ++i)
+        found_.push_back({polygon_[0].id, polygon_[i].id, polygon_[i + 1].id});
     }
-    triangles(f) = by_ids();
+    triangles_[at(f)] = found_;
   }
 
   // Removes point p from the triangulations of its faces if they stay valid and good without it.
   bool remove(std::int64_t p, HalfedgeId own) {
     const Index id = vertex_count_ + static_cast<Index>(p);
-    std::vector<std::pair<FaceId, std::vector<Triangle>>> results;
+    std::vector<std::pair<FaceId, std::vector<PolygonTriangle>>> results;
     for (const HalfedgeId h : {own, opposite(own)}) {
       if (h == kInvalid) continue;
-      results.emplace_back(h / 3, std::vector<Triangle>{});
+      results.emplace_back(h / 3, std::vector<PolygonTriangle>{});
       if (!without(h / 3, id, results.back().second)) return false;
     }
     used_[at(p)] = 0;
@@ -397,7 +381,7 @@ class MapRefiner {
       used_[at(p)] = 1;
       return false;
     }
-    for (auto& [f, found] : results) triangles(f) = std::move(found);
+    for (auto& [f, found] : results) triangles_[at(f)] = std::move(found);
     return true;
   }
 
@@ -405,16 +389,16 @@ class MapRefiner {
     return *std::find_if(polygon_.begin(), polygon_.end(),
                          [&](const PolygonVertex& v) { return v.id == id; });
   }
-  double distortion_of(const Triangle& t) const {
+  double distortion_of(const PolygonTriangle& t) const {
     return distortion(vertex(t[0]), vertex(t[1]), vertex(t[2]));
   }
 
   // The face's triangulation with the fan of `id` replaced by triangles without it.
-  bool without(FaceId f, Index id, std::vector<Triangle>& result) {
+  bool without(FaceId f, Index id, std::vector<PolygonTriangle>& result) {
     build_polygon(f, polygon_);
     double worst = 1.0;
     std::map<Index, Index> link;
-    for (const Triangle& t : triangles(f)) {
+    for (const PolygonTriangle& t : triangles(f)) {
       std::size_t k = 0;
       while (k < 3 && t[k] != id) ++k;
       if (k == 3) {
@@ -435,18 +419,15 @@ class MapRefiner {
       v = next.mapped();
       hole_.push_back(vertex(v));
     }
-    if (!triangulate_polygon(hole_, {}, storage_, local_, context_)) return false;
+    if (!triangulate_polygon(hole_, {}, storage_, found_, context_)) return false;
     const double bound = std::max(kGoodDistortion, 2.0 * worst);
-    for (const PolygonTriangle& t : local_) {
-      const PolygonVertex &a = hole_[at(t[0])], &b = hole_[at(t[1])], &c = hole_[at(t[2])];
-      if (!(distortion(a, b, c) <= bound)) return false;
-      result.push_back({a.id, b.id, c.id});
-    }
-    return true;
+    result.insert(result.end(), found_.begin(), found_.end());
+    return std::all_of(found_.begin(), found_.end(),
+                       [&](const PolygonTriangle& t) { return distortion_of(t) <= bound; });
   }
 
   void thin_out() {
-    std::vector<char> frozen(slot_.size(), 0);
+    std::vector<char> frozen(triangles_.size(), 0);
     for (const FaceId f : invalid_) frozen[at(f)] = 1;
     for (int pass = 0; pass < kThinningPasses; ++pass) {
       bool changed = false;
@@ -506,27 +487,25 @@ class MapRefiner {
 
   void write_faces(RefinedLayout& out) {
     std::size_t total = 0;
-    for (const Index s : slot_) total += s == kInvalid ? 1 : triangulations_[at(s)].size();
+    for (const auto& t : triangles_) total += std::max<std::size_t>(1, t.size());
     Triangles faces(static_cast<Index>(total), 3);
     out.uv.resize(faces.size(), 2);
-    for (FaceId f = 0; at(f) < slot_.size(); ++f) {
+    for (FaceId f = 0; at(f) < triangles_.size(); ++f) {
       if (f % 1024 == 0) context_.check();
       auto row = static_cast<Index>(out.provenance.face.size());
-      if (slot_[at(f)] == kInvalid) {
+      if (triangles_[at(f)].empty()) {
         faces.row(row) = input_.faces.row(f);
         out.uv.middleRows(3 * row, 3) = map_.corner_uv.middleRows(3 * f, 3);
         out.provenance.face.push_back(f);
         continue;
       }
       build_polygon(f, polygon_);
-      for (const Triangle& t : triangulations_[at(slot_[at(f)])]) {
+      for (const PolygonTriangle& t : triangles_[at(f)]) {
         if (row % 1024 == 0) context_.check();
         for (Index k = 0; k < 3; ++k) {
           const Index id = t[at(k)];
           faces(row, k) = id < vertex_count_ ? id : out.edge_vertex[at(id - vertex_count_)];
-          for (const PolygonVertex& v : polygon_) {
-            if (v.id == id) out.uv.row(3 * row + k) = v.uv;
-          }
+          out.uv.row(3 * row + k) = vertex(id).uv;
         }
         out.provenance.face.push_back(f);
         ++row;
