@@ -31,10 +31,7 @@ struct Shape {
 };
 
 Shape shape_of(const mesh::Surface& surface, const ExecutionContext& context) {
-  mesh::ValidateOptions rules;
-  rules.require_connected = true;
-  rules.allow_isolated_vertices = false;
-  mesh::validate(surface, rules, context);
+  mesh::validate(surface, kConnected, context);
   Shape shape{mesh::boundary_loops(surface.faces, surface.adjacency()),
               std::vector<bool>(at(surface.vertices.rows()), false),
               mesh::topology(surface.faces, surface.adjacency()).euler()};
@@ -121,33 +118,29 @@ class Anderson {
  public:
   Eigen::VectorXd next(const Eigen::VectorXd& x, const Eigen::VectorXd& g) {
     const Eigen::VectorXd residual = g - x;
-    if (last_g_.size() > 0) {
-      if (steps_.size() == kDepth) {
-        steps_.erase(steps_.begin());
-        changes_.erase(changes_.begin());
-      }
-      steps_.emplace_back(g - last_g_);
-      changes_.emplace_back(residual - last_residual_);
+    if (last_g_.size() == 0) {
+      steps_.resize(x.size(), kDepth);
+      changes_.resize(x.size(), kDepth);
+    } else {
+      steps_.col(count_ % kDepth) = g - last_g_;
+      changes_.col(count_ % kDepth) = residual - last_residual_;
+      ++count_;
     }
     last_g_ = g;
     last_residual_ = residual;
-    if (changes_.empty()) return g;
-    Eigen::MatrixXd matrix(x.size(), static_cast<Eigen::Index>(changes_.size()));
-    for (std::size_t i = 0; i < changes_.size(); ++i) {
-      matrix.col(static_cast<Eigen::Index>(i)) = changes_[i];
-    }
-    const Eigen::VectorXd weight = numeric::solve_least_squares(matrix, residual);
-    Eigen::VectorXd out = g;
-    for (std::size_t i = 0; i < steps_.size(); ++i) {
-      out -= weight[static_cast<Eigen::Index>(i)] * steps_[i];
-    }
+    if (count_ == 0) return g;
+    const Eigen::Index known = std::min(count_, kDepth);
+    const Eigen::VectorXd out =
+        g -
+        steps_.leftCols(known) * numeric::solve_least_squares(changes_.leftCols(known), residual);
     return out.allFinite() ? out : g;
   }
 
  private:
-  static constexpr std::size_t kDepth = 6;
+  static constexpr Eigen::Index kDepth = 6;
   Eigen::VectorXd last_g_, last_residual_;
-  std::vector<Eigen::VectorXd> steps_, changes_;
+  Eigen::MatrixXd steps_, changes_;  // the last ones, as columns
+  Eigen::Index count_ = 0;
 };
 
 [[noreturn]] void throw_no_lengths(VertexId v) {

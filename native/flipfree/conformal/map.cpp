@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <cstdio>
 #include <numbers>
 #include <optional>
 #include <string>
@@ -27,12 +26,7 @@ namespace flipfree::conformal {
 
 namespace {
 
-// Three significant digits.
-std::string scientific(double x) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3g", x);
-  return text;
-}
+std::string scientific(double x) { return number_text(x, 3); }
 
 // `what` is wrong with the map of a metric that is there.
 std::string only_the_metric(const ConformalMetric& metric, const std::string& what) {
@@ -44,15 +38,12 @@ std::string only_the_metric(const ConformalMetric& metric, const std::string& wh
 }
 
 Error not_storable(const ConformalMetric& metric, const std::vector<FaceId>& faces) {
-  Error error;
-  error.code = ErrorCode::kRoundingFlips;
-  error.kind = ElementKind::kFace;
-  error.elements = first_elements(faces);
-  error.message = only_the_metric(
-      metric, "so " + std::to_string(faces.size()) +
-                  " input faces are too small in the map for 32-bit UVs, first face " +
-                  face_id(faces[0]));
-  return error;
+  return {ErrorCode::kRoundingFlips,
+          only_the_metric(metric,
+                          "so " + std::to_string(faces.size()) +
+                              " input faces are too small in the map for 32-bit UVs, first face " +
+                              face_id(faces[0])),
+          ElementKind::kFace, first_elements(faces)};
 }
 
 Error not_certified(const ConformalMetric& metric, const certify::Certificate& certificate) {
@@ -63,14 +54,11 @@ Error not_certified(const ConformalMetric& metric, const certify::Certificate& c
 }
 
 Error needs_refinement(const std::vector<FaceId>& faces) {
-  Error error;
-  error.code = ErrorCode::kCertificateFailed;
-  error.kind = ElementKind::kFace;
-  error.elements = first_elements(faces);
-  error.message = "On the original triangles " + std::to_string(faces.size()) +
-                  " faces would flip, first face " + face_id(faces[0]) +
-                  ". Allow points to be added (original_triangles=\"auto\").";
-  return error;
+  return {ErrorCode::kCertificateFailed,
+          "On the original triangles " + std::to_string(faces.size()) +
+              " faces would flip, first face " + face_id(faces[0]) +
+              ". Allow points to be added (original_triangles=\"auto\").",
+          ElementKind::kFace, first_elements(faces)};
 }
 
 // A map that is valid in 64 bits, rounded to other 32-bit points than the nearest where these would

@@ -3,11 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
+#include <iomanip>
 #include <limits>
 #include <memory>
 #include <numbers>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <utility>
 
@@ -19,6 +20,12 @@
 #include "flipfree/numeric/scalar.h"
 
 namespace flipfree::conformal {
+
+std::string number_text(double value, int digits) {
+  std::ostringstream text;
+  text << std::setprecision(digits) << value;
+  return text.str();
+}
 
 namespace {
 
@@ -35,13 +42,6 @@ void check_options(const MetricOptions& options) {
   }
 }
 
-// Six significant digits.
-std::string short_text(double value) {
-  char buffer[40];
-  std::snprintf(buffer, sizeof(buffer), "%.6g", value);
-  return buffer;
-}
-
 // Lengths per edge from lengths per corner; both sides must agree and every face be a proper
 // triangle.
 std::vector<double> edge_lengths(const intrinsic::IntrinsicSetup& setup, const Points3& lengths) {
@@ -52,8 +52,8 @@ std::vector<double> edge_lengths(const intrinsic::IntrinsicSetup& setup, const P
                         l[1] + l[2] > l[0] && l[2] + l[0] > l[1];
     if (!proper) {
       throw_invalid(ErrorCode::kZeroAreaFace,
-                    "The lengths of face " + face_id(f) + " (" + short_text(l[0]) + ", " +
-                        short_text(l[1]) + ", " + short_text(l[2]) +
+                    "The lengths of face " + face_id(f) + " (" + number_text(l[0]) + ", " +
+                        number_text(l[1]) + ", " + number_text(l[2]) +
                         ") do not satisfy the strict triangle inequality. Correct them.",
                     ElementKind::kFace, {static_cast<Index>(f)});
     }
@@ -63,8 +63,8 @@ std::vector<double> edge_lengths(const intrinsic::IntrinsicSetup& setup, const P
       if (stored != 0.0 && std::abs(stored - l[k]) > 1e-12 * stored) {
         throw_invalid(ErrorCode::kBadShape,
                       "The two faces at the edge from corner " + std::to_string(k) + " of face " +
-                          face_id(f) + " give it different lengths, " + short_text(stored) +
-                          " and " + short_text(l[k]) + ". Make them equal.",
+                          face_id(f) + " give it different lengths, " + number_text(stored) +
+                          " and " + number_text(l[k]) + ". Make them equal.",
                       ElementKind::kFace, {static_cast<Index>(f)});
       }
       if (stored == 0.0) stored = l[k];
@@ -87,9 +87,7 @@ EngineInput checked_input(const mesh::Surface& surface, const Points3* lengths,
   check_options(options);
   if (lengths != nullptr && lengths->rows() != surface.faces.rows())
     throw_invalid(ErrorCode::kBadShape, "lengths must have one row per face.");
-  mesh::ValidateOptions rules;
-  rules.require_connected = true;
-  rules.allow_isolated_vertices = false;
+  mesh::ValidateOptions rules = kConnected;
   rules.reject_zero_area = lengths == nullptr;
   const std::vector<Error> defects =
       lengths == nullptr
@@ -143,12 +141,12 @@ std::vector<double> checked_targets(const std::vector<double>& target, const Eng
   if (std::abs(share) > std::max(0.5 * tolerance, 1e-12)) {
     throw_infeasible(ErrorCode::kGaussBonnet,
                      "The prescribed curvatures sum to " +
-                         short_text(static_cast<double>(curvature)) +
+                         number_text(static_cast<double>(curvature)) +
                          ", but 2 pi times the Euler "
                          "characteristic " +
-                         std::to_string(euler) + " is " + short_text(2.0 * pi * euler) +
-                         " (Gauss-Bonnet). Add " + short_text(static_cast<double>(missing)) +
-                         " radians (" + short_text(static_cast<double>(missing) / (0.5 * pi)) +
+                         std::to_string(euler) + " is " + number_text(2.0 * pi * euler) +
+                         " (Gauss-Bonnet). Add " + number_text(static_cast<double>(missing)) +
+                         " radians (" + number_text(static_cast<double>(missing) / (0.5 * pi)) +
                          " quarter turns) to the sum of the target angles.",
                      {"angle sum",
                       {{"sum", {static_cast<double>(sum)}},
@@ -218,7 +216,7 @@ FaceId flattest_face(const EngineInput& input) {
                           : "Spread the curvature over more vertices.";
   throw_not_converged(seconds ? ErrorCode::kTimeLimit : ErrorCode::kIterationLimit,
                       "The conformal metric was not reached: the largest angle error is " +
-                          short_text(metric.angle_error) + " radians after " +
+                          number_text(metric.angle_error) + " radians after " +
                           std::to_string(metric.iterations) + " Newton steps with " +
                           std::to_string(metric.bits) + " bits (stopped by " + name_of(metric.end) +
                           "). " + cure);

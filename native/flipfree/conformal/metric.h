@@ -15,13 +15,19 @@
 #include "flipfree/conformal/engine/engine.h"
 #include "flipfree/intrinsic/refined_start/split_surface.h"
 #include "flipfree/mesh/surface.h"
+#include "flipfree/mesh/validate.h"
 
 namespace flipfree::conformal {
 
 // What the search for a metric starts from, checked: the words for everything that is wrong with a
 // mesh, lengths, options or target angles.
 
+// A number for people, with so many significant digits.
+std::string number_text(double value, int digits = 6);
+
 inline constexpr int kLargestBits = 4096;
+inline constexpr mesh::ValidateOptions kConnected{.require_connected = true,
+                                                  .allow_isolated_vertices = false};
 
 struct MetricOptions {
   double tolerance = 1e-10;  // of every vertex' total angle, radians

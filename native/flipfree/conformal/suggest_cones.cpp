@@ -597,10 +597,7 @@ void quantise(const Problem& p, LinearPlacement& linear, SuggestedCones& out,
 SuggestedCones cones_in_time(const mesh::Surface& surface, const SuggestConesOptions& options,
                              ExecutionContext& context) {
   check_options(options);
-  mesh::ValidateOptions rules;
-  rules.require_connected = true;
-  rules.allow_isolated_vertices = false;
-  mesh::validate(surface, rules, context);
+  mesh::validate(surface, kConnected, context);
 
   EngineInput input = input_of(surface);
   const Problem p = make_problem(surface, options, input.setup.on_boundary);

@@ -302,24 +302,23 @@ class FaceDeveloper {
 
   // The first edge of the root face lies along the x axis at its start.
   void place_root(FaceId root) {
-    const CornerId c = 3 * root, n = next_corner(c), p = previous_corner(c);
     development_.chart_of_face[at(root)] = development_.chart_count;
-    const F x = F{};
-    const F y = develop_edge(c, x, false);
-    settle(c, place(x));
-    settle(n, place(y));
-    settle(p, place(develop_edge(n, rotate(y, opposite(c), halfedge(n), false), false)));
-    develop_edge(p, rotate(x, halfedge(c), opposite(p), true), true);
+    place_face(3 * root, {F{}, develop_edge(3 * root, F{}, false)});
   }
 
   void place_next() {
     constexpr Index kFacesPerCheck = 1024;
     const auto front = fronts_.extract(fronts_.begin());
-    const EdgeFrames& edge = front.mapped();
-    const CornerId c = front.key().second, n = next_corner(c), p = previous_corner(c);
+    const CornerId c = front.key().second;
     if (is_done(c / 3)) return;
     development_.chart_of_face[at(c / 3)] = development_.chart_count;
     if (++done_ % kFacesPerCheck == 0) context_.check();
+    place_face(c, front.mapped());
+  }
+
+  // The face of c, whose half-edge lies so.
+  void place_face(CornerId c, const EdgeFrames& edge) {
+    const CornerId n = next_corner(c), p = previous_corner(c);
     settle(c, place(edge.at_source));
     settle(n, place(edge.at_target));
     const F left = rotate(edge.at_source, halfedge(c), opposite(p), true);

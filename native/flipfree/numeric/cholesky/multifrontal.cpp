@@ -37,14 +37,14 @@ void tiles(const ExecutionContext* parallel, Index count, Index grain, Body body
 }  // namespace
 
 double* DoubleBuffer::provide(std::int64_t size) {
-  if (size > capacity_) {
+  if (size > capacity) {
     // Some more, since the next factor will be a little different. Untouched pages cost nothing.
-    capacity_ = size + size / 4;
-    data_.reset();
-    data_.reset(static_cast<double*>(
-        ::operator new(static_cast<std::size_t>(capacity_) * sizeof(double), kAlignment)));
+    const std::int64_t some = size + size / 4;
+    *this = {};
+    data.reset(static_cast<double*>(::operator new(at(some) * sizeof(double), kAlignment)));
+    capacity = some;
   }
-  return data_.get();
+  return data.get();
 }
 
 struct Multifrontal::Stack {
@@ -171,7 +171,7 @@ bool Multifrontal::eliminate(Index s, const double* values, Stack& stack,
   std::size_t next = first;
   const auto update_of = [&](Index child) -> const double* {
     const Index task = task_of_[at(child)];
-    if (task != kInvalid) return memory_.handed.get() + tasks_[at(task)].update;
+    if (task != kInvalid) return memory_.handed.data.get() + tasks_[at(task)].update;
     return stack.base + stack.updates[next++].second;
   };
   for (const Index child : s_.children[s])
@@ -229,7 +229,8 @@ bool Multifrontal::factorize(const double* values, ExecutionContext& context) {
     }
     if (good) {
       const std::int64_t own = wide(below(task.root)) * below(task.root);
-      std::copy(memory.get(), memory.get() + own, memory_.handed.get() + task.update);
+      std::copy(memory.data.get(), memory.data.get() + own,
+                memory_.handed.data.get() + task.update);
     }
     advance(flops, context);
     const std::scoped_lock lock(stacks_mutex_);
@@ -382,40 +383,35 @@ std::int64_t Multifrontal::stack_need(const std::vector<Index>& supernodes) cons
 
 // Multifrontal: solving with the factor.
 
+// visit(place in x, place in work) for the rows below s, of all right-hand sides.
+template <typename Visit>
+void Multifrontal::for_below(Index s, Index count, const Visit& visit) const {
+  const Index* rows = s_.rows.data() + s_.rows_begin[at(s)];
+  for (Index k = 0; k < count; ++k) {
+    for (Index i = 0; i < s_.rows_below(s); ++i) {
+      for (Index b = 0; b < block_; ++b)
+        visit(wide(k) * size_ + wide(block_) * rows[i] + b,
+              wide(k) * below(s) + wide(block_) * i + b);
+    }
+  }
+}
+
 // x of the supernode's columns is solved; its rows below are updated.
 void Multifrontal::forward(Index s, double* x, Index count, double* work) const {
-  const Index c = width(s);
-  const Index r = below(s);
+  const Index c = width(s), r = below(s);
   const double* panel = factor_ + panel_[at(s)];
   double* own = x + wide(block_) * s_.first[at(s)];
   dense::kernels().solve_left(c, count, panel, c + r, own, size_);
   if (r == 0) return;
   dense::kernels().product(r, c, count, panel + c, c + r, own, size_, work, r);
-  const Index* rows = s_.rows.data() + s_.rows_begin[at(s)];
-  for (Index k = 0; k < count; ++k) {
-    const double* from = work + wide(k) * r;
-    double* to = x + wide(k) * size_;
-    for (Index i = 0; i < s_.rows_below(s); ++i) {
-      for (Index b = 0; b < block_; ++b)
-        to[wide(block_) * rows[i] + b] -= from[wide(block_) * i + b];
-    }
-  }
+  for_below(s, count, [&](std::int64_t to, std::int64_t from) { x[to] -= work[from]; });
 }
 
 void Multifrontal::backward(Index s, double* x, Index count, double* work) const {
-  const Index c = width(s);
-  const Index r = below(s);
+  const Index c = width(s), r = below(s);
   const double* panel = factor_ + panel_[at(s)];
   double* own = x + wide(block_) * s_.first[at(s)];
-  const Index* rows = s_.rows.data() + s_.rows_begin[at(s)];
-  for (Index k = 0; k < count; ++k) {
-    const double* from = x + wide(k) * size_;
-    double* to = work + wide(k) * r;
-    for (Index i = 0; i < s_.rows_below(s); ++i) {
-      for (Index b = 0; b < block_; ++b)
-        to[wide(block_) * i + b] = from[wide(block_) * rows[i] + b];
-    }
-  }
+  for_below(s, count, [&](std::int64_t from, std::int64_t to) { work[to] = x[from]; });
   if (r > 0)
     dense::kernels().subtract_transposed_product(r, c, count, panel + c, c + r, work, r, own,
                                                  size_);
@@ -443,11 +439,11 @@ void Multifrontal::solve(double* rhs, Index count, const ExecutionContext& conte
   permute(rhs, x, count, false);
   for (Index s = 0; s < s_.count(); ++s) {
     if (s % 256 == 0) context.check();
-    forward(s, x, count, work.get());
+    forward(s, x, count, work.data.get());
   }
   for (Index s = s_.count(); s-- > 0;) {
     if (s % 256 == 0) context.check();
-    backward(s, x, count, work.get());
+    backward(s, x, count, work.data.get());
   }
   permute(rhs, x, count, true);
 }

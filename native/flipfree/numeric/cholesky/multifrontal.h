@@ -26,29 +26,17 @@ namespace flipfree::numeric {
 constexpr std::int64_t wide(Index i) { return i; }
 
 // Memory that one factorization hands to the next: fresh pages cost as much as filling them.
-class DoubleBuffer {
- public:
-  DoubleBuffer() = default;
-  DoubleBuffer(DoubleBuffer&& other) noexcept
-      : data_(std::move(other.data_)), capacity_(std::exchange(other.capacity_, 0)) {}
-  DoubleBuffer& operator=(DoubleBuffer&& other) noexcept {
-    data_ = std::move(other.data_);
-    capacity_ = std::exchange(other.capacity_, 0);
-    return *this;
-  }
-  // At least `size` doubles; what they were is lost when that is more than before.
-  double* provide(std::int64_t size);
-  double* get() const { return data_.get(); }
-
- private:
+struct DoubleBuffer {
   // Where sums of vectors of numbers begin depends on this, and with it last bits.
   static constexpr std::align_val_t kAlignment{64};
   struct Free {
-    void operator()(double* data) const { ::operator delete(data, kAlignment); }
+    void operator()(double* doubles) const { ::operator delete(doubles, kAlignment); }
   };
+  // At least `size` doubles; what they were is lost when that is more than before.
+  double* provide(std::int64_t size);
 
-  std::unique_ptr<double, Free> data_;
-  std::int64_t capacity_ = 0;
+  std::unique_ptr<double, Free> data;
+  std::int64_t capacity = 0;
 };
 struct FactorMemory {
   DoubleBuffer factor;
@@ -97,6 +85,8 @@ class Multifrontal {
   void form_update(Index s, const double* panel, double* update,
                    const ExecutionContext* parallel) const;
   void advance(double flops, ExecutionContext& context);
+  template <typename Visit>
+  void for_below(Index s, Index count, const Visit& visit) const;
   void forward(Index s, double* x, Index count, double* work) const;
   void backward(Index s, double* x, Index count, double* work) const;
   void permute(double* rhs, double* x, Index count, bool back) const;
