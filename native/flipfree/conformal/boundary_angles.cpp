@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <string>
 #include <utility>
 #include <vector>
@@ -95,10 +96,10 @@ void make_straight(const Shape& shape, const BoundaryAnglesOptions& options,
 }
 
 // Lengths of boundary edges in the metric of scale factors u, half of both neighbours per vertex.
-std::vector<double> boundary_shares(const mesh::Surface& surface, const std::vector<VertexId>& loop,
-                                    const std::vector<double>& u) {
+std::vector<double> boundary_lengths(const mesh::Surface& surface,
+                                     const std::vector<VertexId>& loop,
+                                     const std::vector<double>& u) {
   std::vector<double> share(loop.size(), 0.0);
-  double total = 0.0;
   for (std::size_t i = 0; i < loop.size(); ++i) {
     const std::size_t j = (i + 1) % loop.size();
     const VertexId a = loop[i], b = loop[j];
@@ -106,9 +107,7 @@ std::vector<double> boundary_shares(const mesh::Surface& surface, const std::vec
                           std::exp(0.5 * (u[at(a)] + u[at(b)]));
     share[i] += 0.5 * length;
     share[j] += 0.5 * length;
-    total += length;
   }
-  for (double& s : share) s /= total;
   return share;
 }
 
@@ -159,34 +158,28 @@ class Anderson {
 void make_round(const mesh::Surface& surface, const Shape& shape,
                 const BoundaryAnglesOptions& options, std::vector<double>& angles,
                 ExecutionContext& context) {
-  std::size_t outer = 0;
-  double longest = -1.0;
-  for (std::size_t l = 0; l < shape.loops.size(); ++l) {
-    double length = 0.0;
-    const auto& loop = shape.loops[l];
-    for (std::size_t i = 0; i < loop.size(); ++i) {
-      length += (surface.vertices.row(loop[i]) - surface.vertices.row(loop[(i + 1) % loop.size()]))
-                    .norm();
-    }
-    if (length > longest) {
-      longest = length;
-      outer = l;
-    }
-  }
-  const double others = -2 * pi;
-  const double turning =
-      total_turning(shape, options) - others * static_cast<double>(shape.loops.size() - 1);
   std::vector<double> u(angles.size(), 0.0);
+  std::vector<double> perimeter;
   Eigen::Index count = 0;
-  for (const auto& loop : shape.loops) count += static_cast<Eigen::Index>(loop.size());
+  // Logarithms of the shares of the loops' lengths.
   const auto measure = [&] {
     Eigen::VectorXd logs(count);
+    perimeter.clear();
     Eigen::Index row = 0;
     for (const auto& loop : shape.loops) {
-      for (const double share : boundary_shares(surface, loop, u)) logs[row++] = std::log(share);
+      const std::vector<double> lengths = boundary_lengths(surface, loop, u);
+      perimeter.push_back(std::accumulate(lengths.begin(), lengths.end(), 0.0));
+      for (const double length : lengths) logs[row++] = std::log(length / perimeter.back());
     }
     return logs;
   };
+  for (const auto& loop : shape.loops) count += std::ssize(loop);
+  Eigen::VectorXd x = measure();
+  const auto outer = static_cast<std::size_t>(std::max_element(perimeter.begin(), perimeter.end()) -
+                                              perimeter.begin());
+  const double others = -2 * pi;
+  const double turning =
+      total_turning(shape, options) - others * static_cast<double>(shape.loops.size() - 1);
   const auto set_angles = [&](const Eigen::VectorXd& logs) {
     Eigen::Index row = 0;
     for (std::size_t l = 0; l < shape.loops.size(); ++l) {
@@ -210,7 +203,6 @@ void make_round(const mesh::Surface& surface, const Shape& shape,
     close_gauss_bonnet(angles, shape.on_boundary, shape.euler, 1e-6);
   };
   Anderson anderson;
-  Eigen::VectorXd x = measure();
   double change = 0.0;
   for (int round = 0; round < kCircleRounds; ++round) {
     const ProgressRange range(context, round / double{kCircleRounds},

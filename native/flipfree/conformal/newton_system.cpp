@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 
 #include "flipfree/base/lists.h"
 
@@ -56,12 +57,8 @@ double largest_of(Iterator begin, Iterator end) {
 }  // namespace
 
 NewtonSystem::NewtonSystem(const std::vector<char>& pinned) : row_(pinned.size()) {
-  for (std::size_t v = 0; v < pinned.size(); ++v) {
-    if (pinned[v] == 0) row_[v] = last_row_++;
-  }
-  for (std::size_t v = 0; v < pinned.size(); ++v) {
-    if (pinned[v] != 0) row_[v] = last_row_;
-  }
+  for (std::size_t v = 0; v < pinned.size(); ++v) row_[v] = pinned[v] ? kInvalid : last_row_++;
+  std::replace(row_.begin(), row_.end(), kInvalid, last_row_);
 }
 
 std::vector<double> NewtonSystem::by_rows(const std::vector<double>& values) const {
@@ -164,18 +161,12 @@ double NewtonSystem::rounding(const FineVector& d) const {
 }
 
 bool NewtonSystem::factorize(ExecutionContext& context) {
-  const Index* outer = matrix_.outerIndexPtr();
-  const Index* inner = matrix_.innerIndexPtr();
-  const auto outer_count = at(static_cast<Index>(matrix_.cols()) + 1);
-  const auto inner_count = at(static_cast<Index>(matrix_.nonZeros()));
-  const bool same = analysed_outer_.size() == outer_count &&
-                    analysed_inner_.size() == inner_count &&
-                    std::equal(analysed_outer_.begin(), analysed_outer_.end(), outer) &&
-                    std::equal(analysed_inner_.begin(), analysed_inner_.end(), inner);
-  if (!same) {
+  const std::span outer(matrix_.outerIndexPtr(), at(matrix_.cols() + 1));
+  const std::span inner(matrix_.innerIndexPtr(), at(matrix_.nonZeros()));
+  if (!std::ranges::equal(outer, analysed_outer_) || !std::ranges::equal(inner, analysed_inner_)) {
     cholesky_.analyze(matrix_, context);
-    analysed_outer_.assign(outer, outer + outer_count);
-    analysed_inner_.assign(inner, inner + inner_count);
+    analysed_outer_.assign(outer.begin(), outer.end());
+    analysed_inner_.assign(inner.begin(), inner.end());
   }
   return cholesky_.factorize(matrix_, context);
 }

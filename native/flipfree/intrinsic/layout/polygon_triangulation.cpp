@@ -19,77 +19,39 @@ double corner_angle(const PolygonVertex& a, const PolygonVertex& b, const Polygo
   return turn(b.uv - a.uv, c.uv - a.uv);
 }
 
-// Least-cost triangulation by dynamic programming over diagonals (Klincsek 1980). A vertex is
-// complete when the triangle that joins the two chains ending in it is chosen; its angles must then
-// sum to the prescribed one.
-class ExactTriangulation {
- public:
-  ExactTriangulation(const std::vector<PolygonVertex>& polygon, const std::vector<double>& angles,
-                     Storage storage)
-      : p_(polygon), angles_(angles), storage_(storage), n_(polygon.size()), chains_(n_ * n_) {}
-
-  bool run(std::vector<PolygonTriangle>& triangles, const ExecutionContext& context) {
-    for (std::size_t span = 2; span < n_; ++span) {
-      context.check();
-      for (std::size_t i = 0; i + span < n_; ++i) best_apex(i, i + span);
-    }
-    const Chain& whole = chains_[n_ - 1];
-    if (!(whole.cost < kNever) || !fits(0, whole.at_start) || !fits(n_ - 1, whole.at_end))
-      return false;
-    std::vector<std::array<std::size_t, 2>> stack{{0, n_ - 1}};
-    while (!stack.empty()) {
-      const auto [i, j] = stack.back();
-      stack.pop_back();
-      if (j < i + 2) continue;
-      const std::size_t k = chains_[i * n_ + j].apex;
-      triangles.push_back({p_[i].id, p_[k].id, p_[j].id});
-      stack.push_back({i, k});
-      stack.push_back({k, j});
-    }
-    return true;
-  }
-
- private:
-  // The part of the polygon between vertices i and j, closed by the diagonal.
-  struct Chain {
-    double cost = 0.0;
-    double at_start = 0.0, at_end = 0.0;  // angles of its triangles at i and j
-    std::size_t apex = 0;
-  };
-
-  bool fits(std::size_t i, double sum) const {
-    return angles_.empty() || std::abs(sum - angles_[i]) < kAngleSlack;
-  }
-
-  void best_apex(std::size_t i, std::size_t j) {
-    Chain best;
-    best.cost = kNever;
-    for (std::size_t k = i + 1; k < j; ++k) {
-      const Chain &left = chains_[i * n_ + k], &right = chains_[k * n_ + j];
-      const double sides = left.cost + right.cost;
-      if (!(sides < best.cost) || !valid_triangle(p_[i], p_[k], p_[j], storage_)) continue;
-      const double total = sides + distortion_cost(p_[i], p_[k], p_[j]);
-      if (!(total < best.cost)) continue;
-      Chain chain{total, 0.0, 0.0, k};
-      if (!angles_.empty()) {
-        if (!fits(k, left.at_end + corner_angle(p_[k], p_[j], p_[i]) + right.at_start)) continue;
-        chain.at_start = left.at_start + corner_angle(p_[i], p_[k], p_[j]);
-        chain.at_end = right.at_end + corner_angle(p_[j], p_[i], p_[k]);
-        // The ends are not complete yet, but can only grow.
-        if (chain.at_start > angles_[i] + kAngleSlack || chain.at_end > angles_[j] + kAngleSlack)
-          continue;
-      }
-      best = chain;
-    }
-    chains_[i * n_ + j] = best;
-  }
-
-  const std::vector<PolygonVertex>& p_;
-  const std::vector<double>& angles_;
-  Storage storage_;
-  std::size_t n_;
-  std::vector<Chain> chains_;
+// The part of a polygon between vertices i and j, closed by the diagonal.
+struct Chain {
+  double cost = 0.0;
+  double at_start = 0.0, at_end = 0.0;  // angles of its triangles at i and j
+  std::size_t apex = 0;
 };
+
+// Of i to j, from all shorter chains.
+template <typename Fits>
+Chain best_chain(const std::vector<PolygonVertex>& p, const std::vector<double>& angles,
+                 Storage storage, const std::vector<Chain>& chains, std::size_t i, std::size_t j,
+                 const Fits& fits) {
+  Chain best;
+  best.cost = kNever;
+  for (std::size_t k = i + 1; k < j; ++k) {
+    const Chain &left = chains[i * p.size() + k], &right = chains[k * p.size() + j];
+    const double sides = left.cost + right.cost;
+    if (!(sides < best.cost) || !valid_triangle(p[i], p[k], p[j], storage)) continue;
+    const double total = sides + distortion_cost(p[i], p[k], p[j]);
+    if (!(total < best.cost)) continue;
+    Chain chain{total, 0.0, 0.0, k};
+    if (!angles.empty()) {
+      if (!fits(k, left.at_end + corner_angle(p[k], p[j], p[i]) + right.at_start)) continue;
+      chain.at_start = left.at_start + corner_angle(p[i], p[k], p[j]);
+      chain.at_end = right.at_end + corner_angle(p[j], p[i], p[k]);
+      // The ends are not complete yet, but can only grow.
+      if (chain.at_start > angles[i] + kAngleSlack || chain.at_end > angles[j] + kAngleSlack)
+        continue;
+    }
+    best = chain;
+  }
+  return best;
+}
 
 }  // namespace
 
@@ -116,12 +78,38 @@ double distortion(const PolygonVertex& a, const PolygonVertex& b, const PolygonV
   return distortion_cost(a, b, c) / twice_area(a.domain, b.domain, c.domain);
 }
 
+// Least-cost triangulation by dynamic programming over diagonals (Klincsek 1980). A vertex is
+// complete when the triangle that joins the two chains ending in it is chosen; its angles must then
+// sum to the prescribed one.
 bool triangulate_polygon(const std::vector<PolygonVertex>& polygon,
                          const std::vector<double>& angles, Storage storage,
                          std::vector<PolygonTriangle>& triangles, const ExecutionContext& context) {
   triangles.clear();
-  return polygon.size() >= 3 && polygon.size() <= kLargestPolygon &&
-         ExactTriangulation(polygon, angles, storage).run(triangles, context);
+  const std::size_t n = polygon.size();
+  if (n < 3 || n > kLargestPolygon) return false;
+  std::vector<Chain> chains(n * n);
+  const auto fits = [&](std::size_t i, double sum) {
+    return angles.empty() || std::abs(sum - angles[i]) < kAngleSlack;
+  };
+  for (std::size_t span = 2; span < n; ++span) {
+    context.check();
+    for (std::size_t i = 0; i + span < n; ++i)
+      chains[i * n + i + span] = best_chain(polygon, angles, storage, chains, i, i + span, fits);
+  }
+  const Chain& whole = chains[n - 1];
+  if (!(whole.cost < kNever) || !fits(0, whole.at_start) || !fits(n - 1, whole.at_end))
+    return false;
+  std::vector<std::array<std::size_t, 2>> stack{{0, n - 1}};
+  while (!stack.empty()) {
+    const auto [i, j] = stack.back();
+    stack.pop_back();
+    if (j < i + 2) continue;
+    const std::size_t k = chains[i * n + j].apex;
+    triangles.push_back({polygon[i].id, polygon[k].id, polygon[j].id});
+    stack.push_back({i, k});
+    stack.push_back({k, j});
+  }
+  return true;
 }
 
 std::vector<std::array<Index, 2>> face_chords(const std::array<Index, 3>& count,

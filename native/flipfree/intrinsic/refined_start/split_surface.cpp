@@ -213,40 +213,31 @@ class Splitter {
   void fill(FaceId f) {
     local_.start({point_at(f, {0, 0}), point_at(f, {1, 0}), point_at(f, {0, 1})});
     vertex_.assign({surface_.faces(f, 0), surface_.faces(f, 1), surface_.faces(f, 2)});
-    // Places of the points on side k, seen along the face's own half-edge: number in the local
-    // triangulation to share.
-    side_share_.assign(3, {-1, 0.0});
     for (Index k = 0; k < 3; ++k) {
+      sides_of_face_[at(k)] = {{0.0, k}, {1.0, (k + 1) % 3}};
       const HalfedgeId h = 3 * f + k, e = canonical(h);
       auto p = std::lower_bound(sides_.begin(), sides_.end(), e,
                                 [](const SidePoint& a, HalfedgeId e) { return a.edge < e; });
       for (; p != sides_.end() && p->edge == e; ++p) {
         const double share = h == e ? p->share : 1.0 - p->share;
-        local_.insert(point_at(f, on_side(k, share).tail<2>()));
+        sides_of_face_[at(k)].emplace_back(share,
+                                           local_.insert(point_at(f, on_side(k, share).tail<2>())));
         vertex_.push_back(p->vertex);
-        side_share_.push_back({k, share});
       }
+      std::sort(sides_of_face_[at(k)].begin(), sides_of_face_[at(k)].end());
     }
     for (const Vector2& affine : inner_[at(f)]) {
       const auto known = static_cast<Index>(vertex_.size());
       if (local_.insert(point_at(f, affine)) < known) continue;
       vertex_.push_back(
           add_vertex(f, {(1.0 - affine.x()) - affine.y(), affine.x(), affine.y()}, false));
-      side_share_.push_back({-1, 0.0});
     }
     write(f);
   }
 
-  // Share of local vertex v along side k, -1 if it does not lie on it.
-  double share_on(Index v, Index k) const {
-    if (v == k) return 0.0;
-    if (v == (k + 1) % 3) return 1.0;
-    return side_share_[at(v)].side == k ? side_share_[at(v)].share : -1.0;
-  }
-
   void write(FaceId f) {
     const auto base = static_cast<Index>(faces_.size());
-    for (Index k = 0; k < 3; ++k) pieces_[at(k)].clear(), corners_[at(k)].clear();
+    std::array<std::vector<CornerId>, 3> corners;
     const mesh::EditableTriangulation& mesh = local_.mesh();
     for (Index t = 0; t < mesh.face_slots(); ++t) {
       const auto [p, q, r] = mesh.corners(t);
@@ -255,38 +246,28 @@ class Splitter {
       out_.parent_face.push_back(f);
       for (Index c = 3 * t; c < 3 * t + 3; ++c) {
         const Index v = mesh.source(c), w = mesh.target(c);
-        if (v < 3) corners_[at(v)].push_back(3 * base + c);
-        double& length = lengths_.back()[at(c % 3)];
-        if (!mesh.is_boundary(c)) {
-          // From the lower to the higher number: the same bits on both sides.
-          length = (local_.point(std::max(v, w)).place - local_.point(std::min(v, w)).place).norm();
-          continue;
-        }
-        for (Index k = 0; k < 3; ++k) {
-          const double from = share_on(v, k), to = share_on(w, k);
-          if (from < 0.0 || to < 0.0) continue;
-          pieces_[at(k)].push_back({from, 3 * base + c});
-          const double side = surface_.length(3 * f + k);
-          length = to - from == 1.0 ? side : (to - from) * side;
-        }
+        if (v < 3) corners[at(v)].push_back(3 * base + c);
+        // From the lower to the higher number: the same bits on both sides.
+        lengths_.back()[at(c % 3)] =
+            (local_.point(std::max(v, w)).place - local_.point(std::min(v, w)).place).norm();
       }
     }
     for (Index k = 0; k < 3; ++k) {
-      std::sort(pieces_[at(k)].begin(), pieces_[at(k)].end());
-      for (const auto& [from, h] : pieces_[at(k)]) {
-        out_.piece.push_back(h);
+      const auto& side = sides_of_face_[at(k)];
+      for (std::size_t i = 0; i + 1 < side.size(); ++i) {
+        const auto& [from, v] = side[i];
+        const auto& [to, w] = side[i + 1];
+        const HalfedgeId h = mesh.find(v, w);
+        lengths_[at(base + h / 3)][at(h % 3)] = (to - from) * surface_.length(3 * f + k);
+        out_.piece.push_back(3 * base + h);
         out_.piece_from.push_back(from);
       }
       out_.piece_begin.push_back(static_cast<Index>(out_.piece.size()));
-      out_.corner.insert(out_.corner.end(), corners_[at(k)].begin(), corners_[at(k)].end());
+      out_.corner.insert(out_.corner.end(), corners[at(k)].begin(), corners[at(k)].end());
       out_.corner_begin.push_back(static_cast<Index>(out_.corner.size()));
     }
   }
 
-  struct SideShare {
-    Index side;
-    double share;
-  };
   const FlatSurface& surface_;
   SplitSurface& out_;
   std::vector<SidePoint> sides_;
@@ -296,9 +277,8 @@ class Splitter {
   // Scratch of one face.
   FaceTriangulation local_;
   std::vector<VertexId> vertex_;
-  std::vector<SideShare> side_share_;
-  std::array<std::vector<std::pair<double, HalfedgeId>>, 3> pieces_;
-  std::array<std::vector<CornerId>, 3> corners_;
+  // Per side its points from end to end: share of the way, number in the local triangulation.
+  std::array<std::vector<std::pair<double, Index>>, 3> sides_of_face_;
 };
 
 }  // namespace
