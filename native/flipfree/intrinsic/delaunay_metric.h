@@ -64,7 +64,29 @@ class DelaunayMetric {
   }
   // Of a double cover whose lengths in copy 1 and across the line changed: gives copy 2 those of
   // its mirror images, and the diagonals of symmetric quadrilaterals theirs.
-  void restore_symmetry();
+  // A symmetric quadrilateral with parallel sides s, t and legs l is an inscribed trapezoid, so its
+  // diagonal d satisfies d^2 = l^2 + s t under every symmetric metric.
+  void restore_symmetry() {
+    using std::sqrt;
+    const auto edge_count = static_cast<EdgeId>(mesh_.edge_count());
+    for (EdgeId e = 0; e < edge_count; ++e) mirror(e);
+    for (EdgeId e = 0; e < edge_count; ++e) {
+      if (mesh_.label_of_edge(e) != EdgeLabel::kDiagonal) continue;
+      T leg(0.0), parallel[2] = {leg, leg};
+      for (const HalfedgeId h : {2 * e, 2 * e + 1}) {
+        for (const HalfedgeId side : {mesh_.next_of(h), mesh_.previous(h)}) {
+          const bool across = mesh_.label_of_edge(side >> 1) == EdgeLabel::kPerpendicular;
+          (across ? parallel[h % 2] : leg) = length(side);
+        }
+      }
+      // As quotients: the squares may leave the exponent range.
+      const T scale = std::max({parallel[0], parallel[1], leg});
+      const T a = leg / scale;
+      length_[at(e)] = scale * sqrt(a * a + (parallel[0] / scale) * (parallel[1] / scale));
+    }
+    shadow_valid_ = false;
+  }
+
   void scale_length(EdgeId e, const T& factor) {
     length_[at(e)] *= factor;
     update_shadow(e);
@@ -73,28 +95,147 @@ class DelaunayMetric {
   // Flips until every edge is Delaunay. False if it gave up: lengths left the exponent range, or
   // the number of flips exceeded a multiple of the number of edges. With kEuclidean, a violated
   // triangle inequality (as rounding may make of needles) is read as a flat triangle.
+  // Terminates: each flip strictly lowers the hyperbolic Delaunay functional (Weeks), and flips
+  // happen only where the criterion is violated beyond rounding; the cap is a guard against what
+  // rounding could still do.
   template <FlipRule kRule>
-  bool make_delaunay(const ExecutionContext& context);
+  bool make_delaunay(const ExecutionContext& context) {
+    stack_.clear();
+    round_lengths();
+    for (auto e = static_cast<EdgeId>(mesh_.edge_count()); e-- > 0;) {
+      if (at(e) % ChecksPer<T>::kTests == 0) context.check();
+      queued_[at(e)] = violates_delaunay(e) && flip_type(mesh_, e);
+      if (queued_[at(e)] != 0) stack_.push_back(e);
+    }
+    return empty_line<kRule>(context);
+  }
+
   // The same from the edges in line alone, and what they drag along.
   template <FlipRule kRule>
-  bool empty_line(const ExecutionContext& context);
+  bool empty_line(const ExecutionContext& context) {
+    const std::size_t cap = kMostFlips * mesh_.edge_count() + kFlipsAnyway;
+    std::size_t done = 0;
+    while (!stack_.empty()) {
+      const EdgeId e = stack_.back();
+      stack_.pop_back();
+      queued_[at(e)] = 0;
+      const std::optional<FlipType> type = flip_type(mesh_, e);
+      if (!type || !violates_delaunay(e)) continue;
+      const FlipRecord* flipped = flip<kRule>(e, *type);
+      if (flipped == nullptr) return false;
+      for (const EdgeId p : flipped->plain) {
+        put_in_line(p);
+        for (const HalfedgeId h : {2 * p, 2 * p + 1}) {
+          const HalfedgeId n = mesh_.next[at(h)];
+          put_in_line(n >> 1);
+          put_in_line(mesh_.next[at(n)] >> 1);
+        }
+      }
+      if (++done % ChecksPer<T>::kFlips == 0) context.check();
+      if (done > cap) return false;
+    }
+    return true;
+  }
+
   // Puts an edge, or its mirror image in copy 1, in line.
-  void put_in_line(EdgeId e);
-  void clear_line();
+  void put_in_line(EdgeId e) {
+    if (mesh_.symmetric()) {
+      const EdgeLabel label = mesh_.edge_label[at(e)];
+      if (label == EdgeLabel::kDiagonal) return;
+      if (label == EdgeLabel::kTwo) e = mesh_.reflection[at(2 * e)] >> 1;
+    }
+    if (queued_[at(e)] != 0) return;
+    queued_[at(e)] = 1;
+    stack_.push_back(e);
+  }
+
+  void clear_line() {
+    for (const EdgeId e : stack_) queued_[at(e)] = 0;
+    stack_.clear();
+  }
+
   // Flips e symmetrically: lengths, connectivity, record, rounded lengths and stars. Null, and
   // nothing done, if lengths would leave the exponent range; else its record, valid until the next.
   template <FlipRule kRule>
-  const FlipRecord* flip(EdgeId e, FlipType type);
+  const FlipRecord* flip(EdgeId e, FlipType type) {
+    const FlipRecord record = flip_of(mesh_, e, type);
+    const auto& edges = record.plain.edges;
+    for (std::size_t i = 0; i < at(record.plain.count); ++i) {
+      T& length = length_[at(edges[i])];
+      before_[i] = length;
+      if constexpr (kRule == FlipRule::kPtolemy) {
+        length = ptolemy_flip(mesh_, length_, edges[i]);
+      } else {
+        length = euclidean_flip(mesh_, length_, edges[i]);
+      }
+      flip_edge(mesh_, edges[i]);
+      if (is_usable_length(length)) continue;
+      for (++i; i-- > 0;) {
+        for (int turn = 0; turn < 3; ++turn)
+          flip_edge(mesh_, edges[i]);  // the fourth is none at all
+        length_[at(edges[i])] = before_[i];
+      }
+      return nullptr;
+    }
+    relabel(mesh_, record);
+    flips_.push_back(record);
+    for (const EdgeId changed : record.plain) {
+      mirror(changed);
+      update_shadow(changed);
+    }
+    for (const EdgeId p : record.plain) {
+      if (star_.empty()) break;
+      for (const HalfedgeId h : {2 * p, 2 * p + 1}) {
+        HalfedgeId g = h;
+        for (int k = 0; k < 3; ++k, g = mesh_.next[at(g)]) star_[at(mesh_.origin[at(g)])] = g;
+      }
+    }
+    return &flips_.back();
+  }
 
   // The half-edges of a face, and its shape. `accuracy`: error of the angles that is good enough;
   // where no x is too small for that, rounded lengths serve.
-  TriangleShape shape(std::size_t f, double accuracy, HalfedgeId h[3]) const;
+  TriangleShape shape(std::size_t f, double accuracy, HalfedgeId h[3]) const {
+    h[0] = mesh_.face_halfedge[f];
+    h[1] = mesh_.next[at(h[0])];
+    h[2] = mesh_.next[at(h[1])];
+    if constexpr (!Traits::kIsDouble) {
+      if (shadow_valid_) {
+        TriangleShape shape;
+        perimeter_differences(shadow_[at(h[0] >> 1)], shadow_[at(h[1] >> 1)],
+                              shadow_[at(h[2] >> 1)], shape.x);
+        if (rounded_lengths_serve(shape.x, accuracy)) {
+          shape.radius = std::sqrt(shape.x[0] * shape.x[1] * shape.x[2]);
+          return shape;
+        }
+      }
+    }
+    return shape_in_full(length(h[0]), length(h[1]), length(h[2]), bits_);
+  }
 
   // Rounds all lengths, unless some leave a safe part of the exponent range.
-  void round_lengths();
+  void round_lengths() {
+    if constexpr (!Traits::kIsDouble) {
+      shadow_.resize(length_.size());
+      shadow_valid_ = true;
+      for (std::size_t e = 0; e < length_.size(); ++e) {
+        shadow_[e] = Traits::to_double(length_[e]);
+        if (!in_safe_range(shadow_[e])) {
+          shadow_valid_ = false;
+          return;
+        }
+      }
+    }
+  }
 
   // Makes around() available, kept through flips until go_back().
-  void index_stars();
+  void index_stars() {
+    if (!star_.empty()) return;
+    star_.resize(mesh_.vertex_count());
+    for (std::size_t h = 0; h < mesh_.halfedge_count(); ++h)
+      star_[at(mesh_.origin[h])] = static_cast<HalfedgeId>(h);
+  }
+
   // visit(half-edge) for those out of vertex v, clockwise.
   template <typename Visit>
   void around(VertexId v, Visit visit) const {
@@ -107,8 +248,18 @@ class DelaunayMetric {
   }
 
   // Remembers the present metric, and returns to the one remembered last. Copies all arrays.
-  void remember();
-  void go_back();
+  void remember() {
+    memory_.mesh = mesh_;
+    memory_.length = length_;
+    memory_.flips = flips_.size();
+  }
+  void go_back() {
+    mesh_ = memory_.mesh;
+    length_ = memory_.length;
+    flips_.resize(memory_.flips);
+    star_.clear();
+    shadow_valid_ = false;
+  }
 
  private:
   using Traits = numeric::ScalarTraits<T>;
@@ -118,12 +269,37 @@ class DelaunayMetric {
   // Flips per edge, and anyway, after which rounding must be what goes round in circles.
   static constexpr std::size_t kMostFlips = 100;
   static constexpr std::size_t kFlipsAnyway = 10'000;
-  bool violates_delaunay(EdgeId e);
+  bool violates_delaunay(EdgeId e) {
+    const HalfedgeId h = 2 * e, o = h + 1;
+    const auto decided = [&](const auto& length, const auto& test) {
+      return test(length[at(e)], length[at(mesh_.next_of(h) >> 1)],
+                  length[at(mesh_.previous(h) >> 1)], length[at(mesh_.next_of(o) >> 1)],
+                  length[at(mesh_.previous(o) >> 1)]);
+    };
+    if constexpr (Traits::kIsDouble) {
+      return decided(length_, delaunay_sign) < 0;
+    } else {
+      const int sign = shadow_valid_ ? decided(shadow_, delaunay_sign) : 0;
+      if (sign != 0) return sign < 0;
+      ++exact_tests_;
+      return decided(length_, [&](const T& c, const T& a, const T& b, const T& a2, const T& b2) {
+        return violates_delaunay_in_full(c, a, b, a2, b2, bits_);
+      });
+    }
+  }
+
   void mirror(EdgeId e) {
     if (mesh_.label_of_edge(e) == EdgeLabel::kTwo)
       length_[at(e)] = length_[at(mesh_.reflection[at(2 * e)] >> 1)];
   }
-  void update_shadow(EdgeId e);
+  void update_shadow(EdgeId e) {
+    if constexpr (!Traits::kIsDouble) {
+      if (!shadow_valid_) return;
+      shadow_[at(e)] = Traits::to_double(length_[at(e)]);
+      if (!in_safe_range(shadow_[at(e)])) shadow_valid_ = false;
+    }
+  }
+
   static bool in_safe_range(double x) { return x > kLeastRounded && x < kMostRounded; }
 
   struct Memory {
@@ -145,218 +321,6 @@ class DelaunayMetric {
   std::vector<EdgeId> stack_;
   Memory memory_;
 };
-
-template <typename T>
-bool DelaunayMetric<T>::violates_delaunay(EdgeId e) {
-  const HalfedgeId h = 2 * e;
-  const HalfedgeId hn = mesh_.next[at(h)];
-  const HalfedgeId hp = mesh_.next[at(hn)];
-  const HalfedgeId on = mesh_.next[at(h + 1)];
-  const HalfedgeId op = mesh_.next[at(on)];
-  const std::size_t i[5] = {at(e), at(hn >> 1), at(hp >> 1), at(on >> 1), at(op >> 1)};
-  if constexpr (Traits::kIsDouble) {
-    return delaunay_sign(length_[i[0]], length_[i[1]], length_[i[2]], length_[i[3]],
-                         length_[i[4]]) < 0;
-  } else {
-    if (shadow_valid_) {
-      const int sign =
-          delaunay_sign(shadow_[i[0]], shadow_[i[1]], shadow_[i[2]], shadow_[i[3]], shadow_[i[4]]);
-      if (sign != 0) return sign < 0;
-    }
-    ++exact_tests_;
-    return violates_delaunay_in_full(length_[i[0]], length_[i[1]], length_[i[2]], length_[i[3]],
-                                     length_[i[4]], bits_);
-  }
-}
-
-template <typename T>
-void DelaunayMetric<T>::round_lengths() {
-  if constexpr (!Traits::kIsDouble) {
-    shadow_.resize(length_.size());
-    shadow_valid_ = true;
-    for (std::size_t e = 0; e < length_.size(); ++e) {
-      shadow_[e] = Traits::to_double(length_[e]);
-      if (!in_safe_range(shadow_[e])) {
-        shadow_valid_ = false;
-        return;
-      }
-    }
-  }
-}
-
-template <typename T>
-void DelaunayMetric<T>::update_shadow(EdgeId e) {
-  if constexpr (!Traits::kIsDouble) {
-    if (!shadow_valid_) return;
-    shadow_[at(e)] = Traits::to_double(length_[at(e)]);
-    if (!in_safe_range(shadow_[at(e)])) shadow_valid_ = false;
-  }
-}
-
-template <typename T>
-void DelaunayMetric<T>::put_in_line(EdgeId e) {
-  if (mesh_.symmetric()) {
-    const EdgeLabel label = mesh_.edge_label[at(e)];
-    if (label == EdgeLabel::kDiagonal) return;
-    if (label == EdgeLabel::kTwo) e = mesh_.reflection[at(2 * e)] >> 1;
-  }
-  if (queued_[at(e)] != 0) return;
-  queued_[at(e)] = 1;
-  stack_.push_back(e);
-}
-
-template <typename T>
-void DelaunayMetric<T>::clear_line() {
-  for (const EdgeId e : stack_) queued_[at(e)] = 0;
-  stack_.clear();
-}
-
-// Terminates: each flip strictly lowers the hyperbolic Delaunay functional (Weeks), and flips
-// happen only where the criterion is violated beyond rounding; the cap is a guard against what
-// rounding could still do.
-template <typename T>
-template <FlipRule kRule>
-bool DelaunayMetric<T>::make_delaunay(const ExecutionContext& context) {
-  stack_.clear();
-  round_lengths();
-  for (auto e = static_cast<EdgeId>(mesh_.edge_count()); e-- > 0;) {
-    if (at(e) % ChecksPer<T>::kTests == 0) context.check();
-    queued_[at(e)] = violates_delaunay(e) && flip_type(mesh_, e);
-    if (queued_[at(e)] != 0) stack_.push_back(e);
-  }
-  return empty_line<kRule>(context);
-}
-
-template <typename T>
-template <FlipRule kRule>
-bool DelaunayMetric<T>::empty_line(const ExecutionContext& context) {
-  const std::size_t cap = kMostFlips * mesh_.edge_count() + kFlipsAnyway;
-  std::size_t done = 0;
-  while (!stack_.empty()) {
-    const EdgeId e = stack_.back();
-    stack_.pop_back();
-    queued_[at(e)] = 0;
-    const std::optional<FlipType> type = flip_type(mesh_, e);
-    if (!type || !violates_delaunay(e)) continue;
-    const FlipRecord* flipped = flip<kRule>(e, *type);
-    if (flipped == nullptr) return false;
-    for (const EdgeId p : flipped->plain) {
-      put_in_line(p);
-      for (const HalfedgeId h : {2 * p, 2 * p + 1}) {
-        const HalfedgeId n = mesh_.next[at(h)];
-        put_in_line(n >> 1);
-        put_in_line(mesh_.next[at(n)] >> 1);
-      }
-    }
-    if (++done % ChecksPer<T>::kFlips == 0) context.check();
-    if (done > cap) return false;
-  }
-  return true;
-}
-
-// A symmetric quadrilateral with parallel sides s, t and legs l is an inscribed trapezoid, so its
-// diagonal d satisfies d^2 = l^2 + s t under every symmetric metric.
-template <typename T>
-void DelaunayMetric<T>::restore_symmetry() {
-  using std::sqrt;
-  const auto edge_count = static_cast<EdgeId>(mesh_.edge_count());
-  for (EdgeId e = 0; e < edge_count; ++e) mirror(e);
-  for (EdgeId e = 0; e < edge_count; ++e) {
-    if (mesh_.label_of_edge(e) != EdgeLabel::kDiagonal) continue;
-    T leg(0.0), parallel[2] = {leg, leg};
-    for (const HalfedgeId h : {2 * e, 2 * e + 1}) {
-      for (const HalfedgeId side : {mesh_.next_of(h), mesh_.previous(h)}) {
-        const bool across = mesh_.label_of_edge(side >> 1) == EdgeLabel::kPerpendicular;
-        (across ? parallel[h % 2] : leg) = length(side);
-      }
-    }
-    // As quotients: the squares may leave the exponent range.
-    const T scale = std::max({parallel[0], parallel[1], leg});
-    const T a = leg / scale;
-    length_[at(e)] = scale * sqrt(a * a + (parallel[0] / scale) * (parallel[1] / scale));
-  }
-  shadow_valid_ = false;
-}
-
-template <typename T>
-template <FlipRule kRule>
-const FlipRecord* DelaunayMetric<T>::flip(EdgeId e, FlipType type) {
-  const FlipRecord record = flip_of(mesh_, e, type);
-  const auto& edges = record.plain.edges;
-  for (std::size_t i = 0; i < at(record.plain.count); ++i) {
-    T& length = length_[at(edges[i])];
-    before_[i] = length;
-    if constexpr (kRule == FlipRule::kPtolemy) {
-      length = ptolemy_flip(mesh_, length_, edges[i]);
-    } else {
-      length = euclidean_flip(mesh_, length_, edges[i]);
-    }
-    flip_edge(mesh_, edges[i]);
-    if (is_usable_length(length)) continue;
-    for (++i; i-- > 0;) {
-      for (int turn = 0; turn < 3; ++turn) flip_edge(mesh_, edges[i]);  // the fourth is none at all
-      length_[at(edges[i])] = before_[i];
-    }
-    return nullptr;
-  }
-  relabel(mesh_, record);
-  flips_.push_back(record);
-  for (const EdgeId changed : record.plain) {
-    mirror(changed);
-    update_shadow(changed);
-  }
-  for (const EdgeId p : record.plain) {
-    if (star_.empty()) break;
-    for (const HalfedgeId h : {2 * p, 2 * p + 1}) {
-      HalfedgeId g = h;
-      for (int k = 0; k < 3; ++k, g = mesh_.next[at(g)]) star_[at(mesh_.origin[at(g)])] = g;
-    }
-  }
-  return &flips_.back();
-}
-
-template <typename T>
-TriangleShape DelaunayMetric<T>::shape(std::size_t f, double accuracy, HalfedgeId h[3]) const {
-  h[0] = mesh_.face_halfedge[f];
-  h[1] = mesh_.next[at(h[0])];
-  h[2] = mesh_.next[at(h[1])];
-  if constexpr (!Traits::kIsDouble) {
-    if (shadow_valid_) {
-      TriangleShape shape;
-      perimeter_differences(shadow_[at(h[0] >> 1)], shadow_[at(h[1] >> 1)], shadow_[at(h[2] >> 1)],
-                            shape.x);
-      if (rounded_lengths_serve(shape.x, accuracy)) {
-        shape.radius = std::sqrt(shape.x[0] * shape.x[1] * shape.x[2]);
-        return shape;
-      }
-    }
-  }
-  return shape_in_full(length(h[0]), length(h[1]), length(h[2]), bits_);
-}
-
-template <typename T>
-void DelaunayMetric<T>::index_stars() {
-  if (!star_.empty()) return;
-  star_.resize(mesh_.vertex_count());
-  for (std::size_t h = 0; h < mesh_.halfedge_count(); ++h)
-    star_[at(mesh_.origin[h])] = static_cast<HalfedgeId>(h);
-}
-
-template <typename T>
-void DelaunayMetric<T>::remember() {
-  memory_.mesh = mesh_;
-  memory_.length = length_;
-  memory_.flips = flips_.size();
-}
-
-template <typename T>
-void DelaunayMetric<T>::go_back() {
-  mesh_ = memory_.mesh;
-  length_ = memory_.length;
-  flips_.resize(memory_.flips);
-  star_.clear();
-  shadow_valid_ = false;
-}
 
 // The Delaunay condition of edge e while the scale factor u of v moves: low + high exp(u) >= 0 up
 // to a positive factor. An edge c with the sides a, b of one of its triangles contributes
