@@ -12,50 +12,56 @@
 
 namespace flipfree {
 
-// Every way in which a call can fail. Adding one means adding its text in `describe` (exhaustive
-// switch).
-enum class ErrorCode {
-  // Input that no algorithm here accepts.
-  kEmptyMesh,
-  kBadShape,
-  kIndexOutOfRange,
-  kNotFinite,
-  kRepeatedCorner,
-  kDuplicateFace,
-  kNonManifoldEdge,
-  kInconsistentOrientation,
-  kNonManifoldVertex,
-  kZeroAreaFace,
-  kZeroLengthEdge,
-  kIsolatedVertex,
-  kDisconnected,
-  kNotADisk,
-  kNotAnEdge,
-  kBadOption,
-  kFlippedMap,
-  kBadBoundary,
-  kNotConvex,
-  kNoQuad,
-  kNoGrid,
-  kBadPins,
-  kBadAngles,
-  // Targets that no map can meet.
-  kNoRoomInPolygon,
-  kNotSelfOverlapping,
-  kContradictoryPins,
-  kGaussBonnet,
-  // The solver gave up, or its result did not pass the certificate.
-  kIterationLimit,
-  kLineSearchStalled,
-  kFactorizationFailed,
-  kRoundingFlips,
-  kCertificateFailed,
-  kTimeLimit,
-  // The caller asked to stop.
-  kCancelled,
-  // A bug of ours, caught by an invariant.
-  kInternal,
-};
+// A list of LINE(name, text) as an enum of the names, and as the cases of the text for each.
+#define FLIPFREE_ENUMERATOR(name, text) name,
+#define FLIPFREE_CASE_OF_TEXT(name, text) \
+  case Enum::name:                        \
+    return text;
+
+// Every way in which a call can fail, and the short fixed text for it alone: describe().
+#define FLIPFREE_ERROR_CODES(CODE)                                      \
+  /* Input that no algorithm here accepts. */                           \
+  CODE(kEmptyMesh, "empty mesh")                                        \
+  CODE(kBadShape, "array of the wrong shape")                           \
+  CODE(kIndexOutOfRange, "index out of range")                          \
+  CODE(kNotFinite, "coordinate is not finite")                          \
+  CODE(kRepeatedCorner, "face uses a vertex twice")                     \
+  CODE(kDuplicateFace, "duplicate face")                                \
+  CODE(kNonManifoldEdge, "non-manifold edge")                           \
+  CODE(kInconsistentOrientation, "inconsistent orientation")            \
+  CODE(kNonManifoldVertex, "non-manifold vertex")                       \
+  CODE(kZeroAreaFace, "zero-area face")                                 \
+  CODE(kZeroLengthEdge, "zero-length edge")                             \
+  CODE(kIsolatedVertex, "isolated vertex")                              \
+  CODE(kDisconnected, "mesh is not connected")                          \
+  CODE(kNotADisk, "mesh is not a disk")                                 \
+  CODE(kNotAnEdge, "not an edge of the mesh")                           \
+  CODE(kBadOption, "bad option")                                        \
+  CODE(kFlippedMap, "map has flips")                                    \
+  CODE(kBadBoundary, "bad boundary")                                    \
+  CODE(kNotConvex, "polygon is not convex")                             \
+  CODE(kNoQuad, "no quad")                                              \
+  CODE(kNoGrid, "no grid")                                              \
+  CODE(kBadPins, "bad pins")                                            \
+  CODE(kBadAngles, "bad angles")                                        \
+  /* Targets that no map can meet. */                                   \
+  CODE(kNoRoomInPolygon, "no room in the polygon")                      \
+  CODE(kNotSelfOverlapping, "polygon is not weakly self-overlapping")   \
+  CODE(kContradictoryPins, "contradictory pins")                        \
+  CODE(kGaussBonnet, "angles violate Gauss-Bonnet")                     \
+  /* The solver gave up, or its result did not pass the certificate. */ \
+  CODE(kIterationLimit, "iteration limit reached")                      \
+  CODE(kLineSearchStalled, "line search stalled")                       \
+  CODE(kFactorizationFailed, "factorization failed")                    \
+  CODE(kRoundingFlips, "rounding to 32 bits flips triangles")           \
+  CODE(kCertificateFailed, "certificate failed")                        \
+  CODE(kTimeLimit, "time limit reached")                                \
+  /* The caller asked to stop. */                                       \
+  CODE(kCancelled, "cancelled")                                         \
+  /* A bug of ours, caught by an invariant. */                          \
+  CODE(kInternal, "internal error")
+
+enum class ErrorCode { FLIPFREE_ERROR_CODES(FLIPFREE_ENUMERATOR) };
 
 enum class ElementKind { kNone, kVertex, kEdge, kFace, kCorner };
 
@@ -103,7 +109,7 @@ inline ElementKind kind_of_mark(char c) {
 // A message as people read it, without these marks: at the library's edge.
 std::string rendered(std::string message);
 
-// A short fixed text for the code alone, e.g. "non-manifold edge".
+// E.g. "non-manifold edge".
 std::string_view describe(ErrorCode code);
 
 // Base of everything that the library throws across its public functions.
