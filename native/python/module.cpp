@@ -90,8 +90,8 @@ void translate(std::exception_ptr failure) {
 // Meshes, files and certificates.
 
 auto split_fans(const Triangles& faces, const IndexPairs& cuts) {
-  mesh::Fans fans = mesh::split_fans(faces, cuts);
-  return std::tuple(std::move(fans.faces), std::move(fans.origin));
+  mesh::CutMesh fans = mesh::split_fans(faces, cuts);
+  return std::tuple(std::move(fans.faces), std::move(fans.vertex_origin));
 }
 
 auto islands(const Triangles& faces, const std::optional<Points2f>& corner_uv) {

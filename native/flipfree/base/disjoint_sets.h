@@ -33,6 +33,17 @@ class DisjointSets {
     return true;
   }
 
+  // Of each index the smallest one of its set.
+  std::vector<Index> firsts() {
+    std::vector<Index> first(parent_.size(), kInvalid), all;
+    for (Index i = 0; at(i) < parent_.size(); ++i) {
+      Index& own = first[at(find(i))];
+      if (own == kInvalid) own = i;
+      all.push_back(own);
+    }
+    return all;
+  }
+
  private:
   std::vector<Index> parent_;
 };

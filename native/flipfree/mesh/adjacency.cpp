@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/error.h"
 #include "flipfree/base/lists.h"
 
@@ -100,27 +101,16 @@ std::vector<std::vector<VertexId>> boundary_loops(const Triangles& faces,
   return loops;
 }
 
-Components face_components(const Adjacency& adjacency) {
-  const std::size_t face_count = adjacency.opposite.size() / 3;
-  Components components;
-  components.of_face.assign(face_count, kInvalid);
-  std::vector<FaceId> stack;
-  for (std::size_t seed = 0; seed < face_count; ++seed) {
-    if (components.of_face[seed] != kInvalid) continue;
-    components.of_face[seed] = components.count;
-    stack.push_back(static_cast<FaceId>(seed));
-    while (!stack.empty()) {
-      const FaceId f = stack.back();
-      stack.pop_back();
-      for (Index k = 0; k < 3; ++k) {
-        const HalfedgeId o = adjacency.opposite[at(3 * f + k)];
-        if (o == kInvalid || components.of_face[at(o / 3)] != kInvalid) continue;
-        components.of_face[at(o / 3)] = components.count;
-        stack.push_back(o / 3);
-      }
-    }
-    ++components.count;
+Components components_between(const Adjacency& adjacency, const std::vector<char>& cut) {
+  DisjointSets joined(static_cast<Index>(adjacency.opposite.size() / 3));
+  for (HalfedgeId h = 0; at(h) < adjacency.opposite.size(); ++h) {
+    const HalfedgeId o = adjacency.opposite[at(h)];
+    if (o > h && (cut.empty() || cut[at(h)] == 0)) joined.join(h / 3, o / 3);
   }
+  Components components{0, joined.firsts()};
+  std::vector<Index>& number = components.of_face;
+  for (std::size_t f = 0; f < number.size(); ++f)
+    number[f] = at(number[f]) == f ? components.count++ : number[at(number[f])];
   return components;
 }
 

@@ -53,8 +53,12 @@ struct Components {
   Index count = 0;
   std::vector<Index> of_face;  // #F
 };
-// Faces joined across edges. Components are numbered by their smallest face.
-Components face_components(const Adjacency& adjacency);
+// Faces joined across edges that are not cut (one flag per half-edge; none: all). Components are
+// numbered by their smallest face.
+Components components_between(const Adjacency& adjacency, const std::vector<char>& cut);
+inline Components face_components(const Adjacency& adjacency) {
+  return components_between(adjacency, {});
+}
 
 struct Topology {
   Index vertices = 0;  // used by a face

@@ -1,12 +1,12 @@
 #include "flipfree/mesh/cut.h"
 
 #include <algorithm>
+#include <numeric>
 #include <string>
 #include <utility>
 
 #include "flipfree/base/error.h"
 #include "flipfree/mesh/adjacency.h"
-#include "flipfree/mesh/islands.h"
 
 namespace flipfree::mesh {
 
@@ -16,36 +16,51 @@ void throw_no_edge(std::string message, VertexId a, VertexId b, Index vertex_cou
   throw_invalid(ErrorCode::kNotAnEdge, std::move(message), ElementKind::kVertex, existing);
 }
 
-void throw_not_an_edge(const IndexPairs& vertex_pairs, Eigen::Index i, Index vertex_count) {
-  const VertexId a = vertex_pairs(i, 0), b = vertex_pairs(i, 1);
-  throw_no_edge("Cut " + std::to_string(i) + " (vertices " + vertex_id(a) + " and " + vertex_id(b) +
-                    ") is not an edge of the mesh. Give pairs of vertices that an edge joins.",
-                a, b, vertex_count);
+std::vector<char> flag_pairs(const Triangles& faces, Index vertex_count, const IndexPairs* pairs) {
+  std::vector<char> flags(at(faces.size()), 0);
+  if (pairs == nullptr || pairs->rows() == 0) return flags;
+  const std::vector<VertexPair> sorted = sorted_pairs(*pairs);
+  std::vector<char> low_end(at(vertex_count), 0);
+  for (const VertexPair& pair : sorted) {
+    if (pair.first >= 0 && pair.first < vertex_count) low_end[at(pair.first)] = 1;
+  }
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(flags.size()); ++h) {
+    const VertexPair own = ends(faces, h);
+    if (low_end[at(own.first)] == 0) continue;
+    flags[at(h)] = std::binary_search(sorted.begin(), sorted.end(), own) ? 1 : 0;
+  }
+  return flags;
+}
+
+std::vector<VertexPair> pairs_of(const Triangles& faces, const std::vector<char>& flags) {
+  std::vector<VertexPair> pairs;
+  for (HalfedgeId h = 0; at(h) < flags.size(); ++h)
+    if (flags[at(h)] != 0) pairs.push_back(ends(faces, h));
+  sort_unique(pairs);
+  return pairs;
+}
+
+std::vector<char> flag_each_pair(const Triangles& faces, Index vertex_count,
+                                 const IndexPairs& pairs) {
+  std::vector<char> flags = flag_pairs(faces, vertex_count, &pairs);
+  const std::vector<VertexPair> found = pairs_of(faces, flags);
+  for (Eigen::Index i = 0; i < pairs.rows(); ++i) {
+    const VertexId a = pairs(i, 0), b = pairs(i, 1);
+    if (!std::binary_search(found.begin(), found.end(), VertexPair(std::minmax(a, b))))
+      throw_no_edge("Cut " + std::to_string(i) + " (vertices " + vertex_id(a) + " and " +
+                        vertex_id(b) +
+                        ") is not an edge of the mesh. Give pairs of vertices that an edge joins.",
+                    a, b, vertex_count);
+  }
+  return flags;
 }
 
 EdgeFlags flag_edges(const Triangles& faces, const Adjacency& adjacency,
                      const IndexPairs& vertex_pairs) {
-  EdgeFlags flags(adjacency.opposite.size(), 0);
-  const auto vertex_count = static_cast<Index>(adjacency.vertex_halfedge.size());
-  const auto outgoing = [&](VertexId from, VertexId to) {
-    HalfedgeId found = kInvalid;
-    for_each_outgoing(adjacency, from, [&](HalfedgeId h) {
-      if (target(faces, h) == to) found = h;
-    });
-    return found;
-  };
-  for (Eigen::Index i = 0; i < vertex_pairs.rows(); ++i) {
-    const VertexId a = vertex_pairs(i, 0);
-    const VertexId b = vertex_pairs(i, 1);
-    const bool in_range = a >= 0 && b >= 0 && a < vertex_count && b < vertex_count;
-    // A boundary edge has a half-edge in one direction only.
-    HalfedgeId h = in_range ? outgoing(a, b) : kInvalid;
-    if (h == kInvalid && in_range) h = outgoing(b, a);
-    if (h == kInvalid) throw_not_an_edge(vertex_pairs, i, vertex_count);
-    const HalfedgeId o = adjacency.opposite[at(h)];
-    if (o == kInvalid) continue;
-    flags[at(h)] = flags[at(o)] = 1;
-  }
+  EdgeFlags flags =
+      flag_each_pair(faces, static_cast<Index>(adjacency.vertex_halfedge.size()), vertex_pairs);
+  for (std::size_t h = 0; h < flags.size(); ++h)
+    if (adjacency.opposite[h] == kInvalid) flags[h] = 0;
   return flags;
 }
 
@@ -68,38 +83,38 @@ EdgeFlags uv_cuts(const Adjacency& adjacency, const Points2& corner_uv) {
   return flags;
 }
 
-Components components_between(Adjacency adjacency, const EdgeFlags& cut) {
-  for (std::size_t h = 0; h < cut.size(); ++h) {
-    if (cut[h] != 0) adjacency.opposite[h] = kInvalid;
+CutMesh fans_of(const Triangles& faces, DisjointSets& corners) {
+  const std::vector<CornerId> first = corners.firsts();
+  CutMesh result{Triangles(faces.rows(), 3), {}};
+  VertexId* const number = result.faces.data();
+  for (CornerId c = 0; at(c) < first.size(); ++c) {
+    number[c] = first[at(c)] == c ? static_cast<VertexId>(result.vertex_origin.size())
+                                  : number[first[at(c)]];
+    if (first[at(c)] == c) result.vertex_origin.push_back(faces.data()[c]);
   }
-  return face_components(adjacency);
+  return result;
 }
 
 CutMesh cut_along(const Triangles& faces, const Adjacency& adjacency, const EdgeFlags& cut) {
-  CutMesh result;
-  result.faces = Triangles::Constant(faces.rows(), 3, kInvalid);
-  const auto crosses = [&](HalfedgeId h) {
-    return adjacency.opposite[at(h)] != kInvalid && !cut[at(h)];
-  };
-  for (HalfedgeId corner = 0; corner < 3 * faces.rows(); ++corner) {
-    if (result.faces(corner / 3, corner % 3) != kInvalid) continue;
-    const auto id = static_cast<VertexId>(result.vertex_origin.size());
-    result.vertex_origin.push_back(source(faces, corner));
-    // The fan both ways from this corner, up to a cut or boundary edge, or once around.
-    HalfedgeId h = corner;
-    do {
-      result.faces(h / 3, h % 3) = id;
-      const HalfedgeId p = previous_corner(h);
-      h = crosses(p) ? adjacency.opposite[at(p)] : kInvalid;
-    } while (h != kInvalid && h != corner);
-    if (h == corner) continue;
-    h = corner;
-    while (crosses(h)) {
-      h = next_corner(adjacency.opposite[at(h)]);
-      result.faces(h / 3, h % 3) = id;
-    }
+  DisjointSets corners(static_cast<Index>(faces.size()));
+  for (HalfedgeId h = 0; at(h) < adjacency.opposite.size(); ++h) {
+    const HalfedgeId o = adjacency.opposite[at(h)];
+    if (o != kInvalid && (cut.empty() || cut[at(h)] == 0)) corners.join(h, next_corner(o));
   }
-  return result;
+  return fans_of(faces, corners);
+}
+
+void sort_by_origin(CutMesh& mesh) {
+  const std::size_t count = mesh.vertex_origin.size();
+  std::vector<VertexId> order(count), rank(count), origin;
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::stable_sort(order, {}, [&](VertexId v) { return mesh.vertex_origin[at(v)]; });
+  for (const VertexId v : order) {
+    rank[at(v)] = static_cast<VertexId>(origin.size());
+    origin.push_back(mesh.vertex_origin[at(v)]);
+  }
+  for (VertexId& v : mesh.faces.reshaped()) v = rank[at(v)];
+  mesh.vertex_origin = std::move(origin);
 }
 
 std::vector<Chart> split_into_charts(const Points3& positions, const CutMesh& mesh) {

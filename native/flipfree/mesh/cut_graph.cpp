@@ -57,6 +57,22 @@ std::vector<HalfedgeId> closing_edges(const Triangles& faces, const Adjacency& a
   return closing;
 }
 
+// Marks from v back to the path's source: mark(half-edge) until it is false.
+template <typename Mark>
+void mark_path(const ShortestPaths& paths, VertexId v, const Mark& mark) {
+  while (paths.arrival(v) != kInvalid && mark(paths.arrival(v))) v = paths.before(v);
+}
+
+// Per half-edge.
+std::vector<double> edge_lengths(const Surface& surface) {
+  std::vector<double> length;
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(surface.faces.size()); ++h)
+    length.push_back((surface.vertices.row(source(surface.faces, h)) -
+                      surface.vertices.row(target(surface.faces, h)))
+                         .norm());
+  return length;
+}
+
 // Works on the surface with its holes filled by fans, whose edges cost nothing: a loop may end in a
 // hole.
 class PlanarCutter {
@@ -70,14 +86,10 @@ class PlanarCutter {
         real_vertices_(static_cast<Index>(surface.vertices.rows())),
         filled_(fill_holes(surface, boundary_halfedge_loops(surface.faces, adjacency))),
         full_(filled_.adjacency()),
-        length_(full_.opposite.size()),
+        length_(edge_lengths(filled_)),
         cut_(adjacency.opposite.size(), 0) {
-    for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(length_.size()); ++h) {
-      const VertexId a = source(filled_.faces, h);
-      const VertexId b = target(filled_.faces, h);
-      const bool real = a < real_vertices_ && b < real_vertices_;
-      length_[at(h)] = real ? (filled_.vertices.row(a) - filled_.vertices.row(b)).norm() : 0.0;
-    }
+    for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(length_.size()); ++h)
+      if (!is_real(h)) length_[at(h)] = 0.0;
     for (std::size_t h = 0; h < cost.size(); ++h) {
       if (length_[h] > 0.0) length_[h] = cost[h];
     }
@@ -95,7 +107,7 @@ class PlanarCutter {
     VertexId end = farthest(paths);
     // Lengths may vanish among doubles: then any neighbour is as far as any other vertex.
     if (end == root) end = neighbour(root, paths);
-    mark_path(paths, end);
+    mark_path(paths, end, [&](HalfedgeId h) { return mark(h); });
     if (paths.arrival(end) != kInvalid && paths.before(end) == root) {
       // A single edge opens nothing: go on by one more.
       const HalfedgeId last = full_.opposite[at(paths.arrival(end))];
@@ -117,8 +129,8 @@ class PlanarCutter {
     const EdgeFlags none(full_.opposite.size(), 0);
     for (const HalfedgeId h : closing_edges(faces, full_, none, paths, length_, context_)) {
       mark(h);
-      mark_path(paths, source(faces, h));
-      mark_path(paths, target(faces, h));
+      for (const VertexId v : {source(faces, h), target(faces, h)})
+        mark_path(paths, v, [&](HalfedgeId e) { return mark(e); });
     }
     rejoin();
     prune();
@@ -139,6 +151,10 @@ class PlanarCutter {
     }
   }
 
+  // Of the surface, not of a fan.
+  bool is_real(HalfedgeId h) const {
+    return std::max(source(filled_.faces, h), target(filled_.faces, h)) < real_vertices_;
+  }
   bool avoids(VertexId v) const {
     return !avoided_.empty() && v < real_vertices_ && avoided_[at(v)] != 0;
   }
@@ -148,10 +164,8 @@ class PlanarCutter {
     double detour = 1.0;
     for (const double length : length_) detour += length;
     for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(length_.size()); ++h) {
-      const VertexId a = source(filled_.faces, h);
-      const VertexId b = target(filled_.faces, h);
-      if (a >= real_vertices_ || b >= real_vertices_) continue;
-      length_[at(h)] += detour * (int{avoids(a)} + int{avoids(b)});
+      const VertexId a = source(filled_.faces, h), b = target(filled_.faces, h);
+      if (is_real(h)) length_[at(h)] += detour * (int{avoids(a)} + int{avoids(b)});
     }
   }
 
@@ -163,20 +177,13 @@ class PlanarCutter {
     return source(filled_.faces, 0);
   }
 
-  void mark(HalfedgeId h) {
+  bool mark(HalfedgeId h) {
     if (length_[at(h)] == ShortestPaths::kUnreached) refuse_uncuttable(source(filled_.faces, h));
     const HalfedgeId o = full_.opposite[at(h)];
     // Fan edges are not edges of the surface, and the rim of a hole is open already.
     const auto real = static_cast<HalfedgeId>(cut_.size());
-    if (h >= real || o >= real) return;
-    cut_[at(h)] = cut_[at(o)] = 1;
-  }
-
-  void mark_path(const ShortestPaths& paths, VertexId v) {
-    while (paths.arrival(v) != kInvalid) {
-      mark(paths.arrival(v));
-      v = paths.before(v);
-    }
+    if (h < real && o < real) cut_[at(h)] = cut_[at(o)] = 1;
+    return true;  // of a path all
   }
 
   ShortestPaths paths_from(VertexId v) const {
@@ -271,18 +278,8 @@ EdgeFlags planar_cut(const Surface& surface, const Adjacency& adjacency,
 namespace {
 
 // Per half-edge; those that shall be avoided are longer than any path along others.
-std::vector<double> path_lengths(const Surface& surface, const Adjacency& adjacency,
-                                 const EdgeFlags& avoided) {
-  std::vector<double> length(at(static_cast<Index>(surface.faces.size())));
-  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(length.size()); ++h) {
-    const HalfedgeId o = adjacency.opposite[at(h)];
-    if (o != kInvalid && o < h) {
-      length[at(h)] = length[at(o)];
-      continue;
-    }
-    const VertexId a = source(surface.faces, h), b = target(surface.faces, h);
-    length[at(h)] = (surface.vertices.row(a) - surface.vertices.row(b)).norm();
-  }
+std::vector<double> path_lengths(const Surface& surface, const EdgeFlags& avoided) {
+  std::vector<double> length = edge_lengths(surface);
   if (avoided.empty()) return length;
   const double detour = std::accumulate(length.begin(), length.end(), 0.0);
   for (std::size_t h = 0; h < length.size(); ++h) {
@@ -298,18 +295,17 @@ std::vector<VertexId> forest_sources(const Triangles& faces, const Adjacency& ad
   const Components components = face_components(adjacency);
   std::vector<char> open(adjacency.vertex_halfedge.size(), 0);
   std::vector<char> has_open(at(components.count), 0);
-  std::vector<Index> component_of(open.size(), kInvalid);
   for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cut.size()); ++h) {
-    const Index component = components.of_face[at(h / 3)];
-    component_of[at(source(faces, h))] = component;
     if (adjacency.opposite[at(h)] != kInvalid && !cut[at(h)]) continue;
     open[at(source(faces, h))] = open[at(target(faces, h))] = 1;
-    has_open[at(component)] = 1;
+    has_open[at(components.of_face[at(h / 3)])] = 1;
   }
   std::vector<VertexId> chosen(at(components.count), kInvalid);
   const auto choose = [&](VertexId v) {
-    const Index component = component_of[at(v)];
-    if (component != kInvalid && chosen[at(component)] == kInvalid) chosen[at(component)] = v;
+    const HalfedgeId h = adjacency.vertex_halfedge[at(v)];
+    if (h == kInvalid) return;
+    VertexId& own = chosen[at(components.of_face[at(h / 3)])];
+    if (own == kInvalid) own = v;
   };
   for (const VertexId v : cones) choose(v);
   std::vector<VertexId> sources;
@@ -323,51 +319,9 @@ std::vector<VertexId> forest_sources(const Triangles& faces, const Adjacency& ad
   return sources;
 }
 
-}  // namespace
-
-EdgeFlags cut_to_disks(const Surface& surface, const Adjacency& adjacency, const EdgeFlags& given,
-                       const std::vector<VertexId>& cones, const EdgeFlags& avoided,
-                       const ExecutionContext& context) {
-  const Triangles& faces = surface.faces;
-  EdgeFlags cut = given.empty() ? EdgeFlags(adjacency.opposite.size(), 0) : given;
-  const std::vector<double> length = path_lengths(surface, adjacency, avoided);
-  ShortestPaths forest(faces, adjacency, length);
-  for (const VertexId v : forest_sources(faces, adjacency, cut, cones)) forest.add_source(v);
-  forest.grow(context);
-
-  const auto mark = [&](HalfedgeId h) {
-    const HalfedgeId o = adjacency.opposite[at(h)];
-    if (o == kInvalid || cut[at(h)]) return false;
-    cut[at(h)] = cut[at(o)] = 1;
-    return true;
-  };
-  const auto mark_path = [&](VertexId v) {
-    while (forest.arrival(v) != kInvalid) {
-      if (!mark(forest.arrival(v))) break;  // the rest is cut already
-      v = forest.before(v);
-    }
-  };
-  for (const HalfedgeId h : closing_edges(faces, adjacency, cut, forest, length, context)) {
-    mark(h);
-    mark_path(source(faces, h));
-    mark_path(target(faces, h));
-  }
-  // The cones by the shortest way to what is cut by now.
-  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cut.size()); ++h) {
-    if (!cut[at(h)]) continue;
-    for (const VertexId v : {source(faces, h), target(faces, h)}) {
-      if (forest.distance(v) > 0.0) forest.add_source(v);
-    }
-  }
-  forest.grow(context);
-  for (const VertexId v : cones) {
-    if (adjacency.vertex_halfedge[at(v)] == kInvalid) continue;
-    mark_path(v);
-  }
-  debug_check("cut_to_disks", [&] { return find_broken_disks(surface, adjacency, cut, cones); });
-  return cut;
-}
-
+// Empty if the cut is what cut_to_disks() promises: both half-edges of a cut edge flagged, none on
+// the boundary, every piece a disk, every interior cone on the cut. Otherwise what is broken. Cost:
+// O(#F).
 std::string find_broken_disks(const Surface& surface, const Adjacency& adjacency,
                               const EdgeFlags& cut, const std::vector<VertexId>& cones) {
   const Triangles& faces = surface.faces;
@@ -391,6 +345,42 @@ std::string find_broken_disks(const Surface& surface, const Adjacency& adjacency
       return "the piece of face " + std::to_string(chart.faces.front()) + " is no disk";
   }
   return {};
+}
+
+}  // namespace
+
+EdgeFlags cut_to_disks(const Surface& surface, const Adjacency& adjacency, const EdgeFlags& given,
+                       const std::vector<VertexId>& cones, const EdgeFlags& avoided,
+                       const ExecutionContext& context) {
+  const Triangles& faces = surface.faces;
+  EdgeFlags cut = given.empty() ? EdgeFlags(adjacency.opposite.size(), 0) : given;
+  const std::vector<double> length = path_lengths(surface, avoided);
+  ShortestPaths forest(faces, adjacency, length);
+  for (const VertexId v : forest_sources(faces, adjacency, cut, cones)) forest.add_source(v);
+  forest.grow(context);
+
+  // False: it, and so the rest of its path, is cut already.
+  const auto mark = [&](HalfedgeId h) {
+    const HalfedgeId o = adjacency.opposite[at(h)];
+    if (o == kInvalid || cut[at(h)]) return false;
+    cut[at(h)] = cut[at(o)] = 1;
+    return true;
+  };
+  for (const HalfedgeId h : closing_edges(faces, adjacency, cut, forest, length, context)) {
+    mark(h);
+    for (const VertexId v : {source(faces, h), target(faces, h)}) mark_path(forest, v, mark);
+  }
+  // The cones by the shortest way to what is cut by now.
+  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(cut.size()); ++h) {
+    if (!cut[at(h)]) continue;
+    for (const VertexId v : {source(faces, h), target(faces, h)}) {
+      if (forest.distance(v) > 0.0) forest.add_source(v);
+    }
+  }
+  forest.grow(context);
+  for (const VertexId v : cones) mark_path(forest, v, mark);  // one of no face has none
+  debug_check("cut_to_disks", [&] { return find_broken_disks(surface, adjacency, cut, cones); });
+  return cut;
 }
 
 }  // namespace flipfree::mesh

@@ -44,12 +44,6 @@ EdgeFlags cut_to_disks(const Surface& surface, const Adjacency& adjacency, const
                        const std::vector<VertexId>& cones, const EdgeFlags& avoided,
                        const ExecutionContext& context);
 
-// Empty if the cut is what cut_to_disks() promises: both half-edges of a cut edge flagged, none on
-// the boundary, every piece a disk, every interior cone on the cut. Otherwise what is broken. Cost:
-// O(#F).
-std::string find_broken_disks(const Surface& surface, const Adjacency& adjacency,
-                              const EdgeFlags& cut, const std::vector<VertexId>& cones);
-
 // The faces of each piece breadth first, across edges for which crosses(h, opposite) is true: calls
 // enter(h, opposite) for all but a piece's smallest face, which is reached across h.
 template <typename Crosses, typename Enter>

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <numeric>
 #include <span>
 #include <utility>
 
@@ -75,44 +76,12 @@ struct Side {
   HalfedgeId high;
 };
 
-class Joiner {
- public:
-  Joiner(const Points2f* corner_uv, DisjointSets& faces, Index& nearly_joined)
-      : uv_(corner_uv), faces_(faces), nearly_joined_(nearly_joined) {}
-
-  // All sides of one edge, in the order of their faces' half-edges.
-  void look(std::vector<Side>& sides) {
-    if (uv_ == nullptr) {
-      for (std::size_t i = 1; i < sides.size(); ++i) join(sides[i - 1], sides[i]);
-      return;
-    }
-    for (std::size_t i = 1; i < sides.size(); ++i)
-      if (!same(sides[i - 1], sides[i]) && near(sides[i - 1], sides[i])) ++nearly_joined_;
-    if (sides.size() == 2) {
-      if (same(sides[0], sides[1])) join(sides[0], sides[1]);
-      return;
-    }
-    // Of more than two, also those that do not follow each other.
-    const auto numbers = [&](const Side& s) {
-      const Points2f& uv = *uv_;
-      return std::array{uv(s.low, 0), uv(s.low, 1), uv(s.high, 0), uv(s.high, 1)};
-    };
-    std::erase_if(sides, [&](const Side& s) { return !same(s, s); });  // no numbers: no order
-    std::sort(sides.begin(), sides.end(),
-              [&](const Side& a, const Side& b) { return numbers(a) < numbers(b); });
-    for (std::size_t i = 1; i < sides.size(); ++i)
-      if (same(sides[i - 1], sides[i])) join(sides[i - 1], sides[i]);
-  }
-
- private:
-  // The smallest face stands for all.
-  void join(const Side& a, const Side& b) {
-    const auto [first, other] = std::minmax({faces_.find(a.low / 3), faces_.find(b.low / 3)});
-    faces_.join(other, first);
-  }
+// How the two sides of an edge fit in a map.
+struct Fit {
+  const Points2f& uv;
 
   bool same(const Side& a, const Side& b) const {
-    return uv_->row(a.low) == uv_->row(b.low) && uv_->row(a.high) == uv_->row(b.high);
+    return uv.row(a.low) == uv.row(b.low) && uv.row(a.high) == uv.row(b.high);
   }
 
   bool near(const Side& a, const Side& b) const {
@@ -120,8 +89,8 @@ class Joiner {
     double size = 1.0;
     for (const auto& [one, other] : {std::pair(a.low, b.low), std::pair(a.high, b.high)}) {
       for (int k = 0; k < 2; ++k) {
-        const double x = (*uv_)(one, k);
-        const double y = (*uv_)(other, k);
+        const double x = uv(one, k);
+        const double y = uv(other, k);
         if (!std::isfinite(x) || !std::isfinite(y)) return false;
         gap = std::max(gap, std::abs(x - y));
         size = std::max({size, std::abs(x), std::abs(y)});
@@ -130,45 +99,57 @@ class Joiner {
     return gap <= kLastBits * static_cast<double>(std::numeric_limits<float>::epsilon()) * size;
   }
 
-  const Points2f* uv_;
-  DisjointSets& faces_;
-  Index& nearly_joined_;
+  std::array<float, 4> values(const Side& s) const {
+    return {uv(s.low, 0), uv(s.low, 1), uv(s.high, 0), uv(s.high, 1)};
+  }
 };
 
 }  // namespace
 
 Triangles compact(const Triangles& faces, std::vector<VertexId>& ids) {
-  ids.assign(faces.data(), faces.data() + faces.size());
-  sort_unique(ids);
-  Triangles ranked(faces.rows(), 3);
-  std::transform(faces.data(), faces.data() + faces.size(), ranked.data(), [&](VertexId v) {
-    return static_cast<VertexId>(std::lower_bound(ids.begin(), ids.end(), v) - ids.begin());
-  });
-  return ranked;
-}
-
-Islands islands_of(const Triangles& faces, const Points2f* corner_uv) {
-  Islands result;
-  if (faces.size() == 0) return result;
+  ids.clear();
+  if (faces.size() == 0) return faces;
   if (faces.minCoeff() < 0)
     throw_invalid(ErrorCode::kIndexOutOfRange, "A triangle has a negative vertex. Correct it.");
-  std::vector<VertexId> ids;
-  if (faces.maxCoeff() > 2 * faces.size()) return islands_of(compact(faces, ids), corner_uv);
+  if (faces.maxCoeff() < 2 * faces.size()) {
+    ids.resize(at(faces.maxCoeff()) + 1);
+    std::iota(ids.begin(), ids.end(), 0);
+    return faces;
+  }
+  ids.assign(faces.data(), faces.data() + faces.size());
+  sort_unique(ids);
+  return faces.unaryExpr([&](VertexId v) {
+    return static_cast<VertexId>(std::lower_bound(ids.begin(), ids.end(), v) - ids.begin());
+  });
+}
 
+Islands islands_of(const Triangles& given, const Points2f* corner_uv) {
+  Islands result;
+  std::vector<VertexId> ids;
+  const Triangles faces = compact(given, ids);
   DisjointSets joined(static_cast<Index>(faces.rows()));
-  Joiner joiner(corner_uv, joined, result.nearly_joined);
   std::vector<Side> sides;
-  for_each_edge(faces.maxCoeff() + 1, faces, ExecutionContext(),
+  for_each_edge(static_cast<Index>(ids.size()), faces, ExecutionContext(),
                 [&](std::span<const HalfedgeId> edge) {
                   sides.clear();
                   for (const HalfedgeId h : edge) {
                     const HalfedgeId n = next_corner(h);
                     sides.push_back(source(faces, h) <= source(faces, n) ? Side{h, n} : Side{n, h});
                   }
-                  if (sides.size() > 1) joiner.look(sides);
+                  if (corner_uv != nullptr) {
+                    const Fit fit{*corner_uv};
+                    for (std::size_t i = 1; i < sides.size(); ++i)
+                      if (!fit.same(sides[i - 1], sides[i]) && fit.near(sides[i - 1], sides[i]))
+                        ++result.nearly_joined;
+                    // Of more than two, also those that do not follow each other.
+                    std::erase_if(sides, [&](const Side& s) { return !fit.same(s, s); });  // NaN
+                    std::ranges::sort(sides, {}, [&](const Side& s) { return fit.values(s); });
+                  }
+                  for (std::size_t i = 1; i < sides.size(); ++i)
+                    if (corner_uv == nullptr || Fit{*corner_uv}.same(sides[i - 1], sides[i]))
+                      joined.join(sides[i - 1].low / 3, sides[i].low / 3);
                 });
-  for (FaceId f = 0; f < static_cast<FaceId>(faces.rows()); ++f)
-    result.first.push_back(joined.find(f));
+  result.first = joined.firsts();
   return result;
 }
 

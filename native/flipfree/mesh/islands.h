@@ -47,8 +47,9 @@ struct Islands {
 // of each vertex's neighbours.
 Islands islands_of(const Triangles& faces, const Points2f* corner_uv);
 
-// The triangles over ids without gaps, where those given leave out so many numbers that lists by
-// vertex would be long; `ids` receives those given, ascending.
+// The triangles over ids without gaps, if those given leave out so many numbers that lists by
+// vertex would be long, else as they are. `ids` receives what was given in their place, ascending.
+// Throws InvalidInput (kIndexOutOfRange) for a negative index.
 Triangles compact(const Triangles& faces, std::vector<VertexId>& ids);
 
 // Some faces of a triangulation as one of their own.

@@ -27,19 +27,10 @@ struct Finding {
 };
 
 std::string place(const Finding& finding) {
-  switch (finding.kind) {
-    case ElementKind::kVertex:
-      return "vertex " + vertex_id(finding.elements[0]);
-    case ElementKind::kEdge:
-      return "edge " + vertex_id(finding.elements[0]) + "-" + vertex_id(finding.elements[1]);
-    case ElementKind::kFace:
-      return "face " + face_id(finding.elements[0]);
-    case ElementKind::kCorner:
-      return "corner " + corner_id(finding.elements[0]);
-    case ElementKind::kNone:
-      break;
-  }
-  return "the mesh";
+  const std::vector<Index>& ids = finding.elements;
+  if (finding.kind == ElementKind::kFace) return "Face " + face_id(ids[0]);
+  if (finding.kind == ElementKind::kVertex) return "Vertex " + vertex_id(ids[0]);
+  return "Edge " + vertex_id(ids[0]) + "-" + vertex_id(ids[1]);
 }
 
 std::string others(const Finding& finding) {
@@ -50,10 +41,8 @@ std::string others(const Finding& finding) {
 void report(std::vector<Error>& defects, const Finding& finding, const std::string& what,
             const std::string& cure) {
   if (finding.count == 0) return;
-  std::string at = place(finding);
-  at[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(at[0])));
-  defects.push_back({finding.code, at + others(finding) + " " + what + ". " + cure, finding.kind,
-                     finding.elements});
+  defects.push_back({finding.code, place(finding) + others(finding) + " " + what + ". " + cure,
+                     finding.kind, finding.elements});
 }
 
 constexpr Index kCheckEvery = 1 << 14;  // faces, between looks at a cancel

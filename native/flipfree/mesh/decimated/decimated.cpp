@@ -180,11 +180,13 @@ class Decimator {
     const bool boundary = mesh_.is_boundary(first);
     ring_.clear();
     star_.clear();
+    HalfedgeId last = first;
     mesh_.for_each_outgoing(v, [&](HalfedgeId h) {
       ring_.push_back(mesh_.target(h));
       star_.push_back(h / 3);
+      last = h;
     });
-    if (boundary) ring_.push_back(mesh_.apex(3 * star_.back() + first_corner(star_.back(), v)));
+    if (boundary) ring_.push_back(mesh_.apex(last));
     if (ring_.size() < 3 || ring_.size() > kMostCorners) return false;
     // The only face of a neighbour would lie on the line that the vertex comes back to.
     if (boundary && (is_ear(ring_.front()) || is_ear(ring_.back()))) return false;
@@ -197,12 +199,6 @@ class Decimator {
   bool is_ear(VertexId v) const {
     const HalfedgeId h = mesh_.outgoing(v);
     return mesh_.is_boundary(h) && mesh_.rotate_ccw(h) == kInvalid;
-  }
-
-  Index first_corner(FaceId f, VertexId v) const {
-    Index k = 0;
-    while (mesh_.source(3 * f + k) != v) ++k;
-    return k;
   }
 
   // The ring around v in the plane, v at the origin: lengths as they are, angles scaled to sum up.
@@ -234,9 +230,6 @@ class Decimator {
     const std::size_t n = ring_.size();
     const VertexId w = ring_[j];
     if (boundary && j != 0 && j != n - 1) return false;
-    const auto beside = [&](std::size_t i) {
-      return i == j || i == (j + 1) % n || (i + 1) % n == j;
-    };
     triangles_.clear();
     const Vector3 q = place(w);
     std::size_t holder = n;
@@ -264,7 +257,8 @@ class Decimator {
     // Edges that come must not be there already, nor the boundary close up. In an open ring the
     // ends are no neighbours.
     for (std::size_t i = 0; i < n; ++i) {
-      const bool joined = boundary ? i == j || i == j + 1 || i + 1 == j : beside(i);
+      const std::size_t around = boundary ? n + 1 : n;
+      const bool joined = i == j || i == (j + 1) % around || (i + 1) % around == j;
       if (!joined && mesh_.find(w, ring_[i]) != kInvalid) return false;
     }
     // Of a tetrahedron nothing would be left.

@@ -3,11 +3,14 @@
 #include <array>
 #include <bit>
 #include <cctype>
+#include <charconv>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <limits>
+#include <map>
+#include <numeric>
 #include <tuple>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -183,61 +186,49 @@ void cheapest_triangles(const Outline& outline, const CornerNumbers& corners,
 
 // Cuts corners off whose triangle lies inside, with no other corner in it, until kFewAtBest are
 // left. Where there are none, the cheapest are cut off until kMostAtBest are left.
-class EarCutter {
- public:
-  explicit EarCutter(const Outline& outline) : outline_(outline) {
-    for (Index i = 0; i < static_cast<Index>(outline.size()); ++i) left_.push_back(i);
-  }
-
-  CornerNumbers run(OutlineTriangles& triangles) {
-    std::size_t i = 0;
-    std::size_t failed = 0;
-    while (left_.size() > (failed < left_.size() ? kFewAtBest : kMostAtBest)) {
-      i = failed < left_.size() ? i % left_.size() : cheapest();
-      if (failed < left_.size() && !is_ear(i)) {
-        ++failed;
-        ++i;
-        continue;
-      }
-      PolygonTriangle ear{before(i), left_[i], after(i)};
-      std::rotate(ear.begin(), std::min_element(ear.begin(), ear.end()), ear.end());
-      triangles.push_back(ear);
-      left_.erase(left_.begin() + static_cast<std::ptrdiff_t>(i));
-      if (failed <= left_.size()) failed = 0;
-      ++i;  // no long fans
-    }
-    return left_;
-  }
-
- private:
-  Index before(std::size_t i) const { return left_[i == 0 ? left_.size() - 1 : i - 1]; }
-  Index after(std::size_t i) const { return left_[i + 1 == left_.size() ? 0 : i + 1]; }
-
-  bool is_ear(std::size_t i) const {
-    const Index a = before(i), b = left_[i], c = after(i);
-    if (!outline_.positive(a, b, c)) return false;
-    const Vector2 &p = outline_.plane(a), &q = outline_.plane(b), &r = outline_.plane(c);
-    return std::none_of(left_.begin(), left_.end(), [&](Index other) {
-      const Vector2& x = outline_.plane(other);
+CornerNumbers cut_ears(const Outline& outline, OutlineTriangles& triangles) {
+  CornerNumbers left(outline.size());
+  std::iota(left.begin(), left.end(), 0);
+  const auto ear_at = [&](std::size_t i) {
+    const std::size_t n = left.size();
+    return PolygonTriangle{left[(i + n - 1) % n], left[i], left[(i + 1) % n]};
+  };
+  const auto is_ear = [&](const PolygonTriangle& ear) {
+    if (!outline.positive(ear[0], ear[1], ear[2])) return false;
+    const Vector2 &p = outline.plane(ear[0]), &q = outline.plane(ear[1]),
+                  &r = outline.plane(ear[2]);
+    return std::none_of(left.begin(), left.end(), [&](Index other) {
+      const Vector2& x = outline.plane(other);
       return x != p && x != q && x != r && numeric::orientation(p, q, x) >= 0 &&
              numeric::orientation(q, r, x) >= 0 && numeric::orientation(r, p, x) >= 0;
     });
-  }
-  std::size_t cheapest() const {
-    std::size_t found = 0;
-    OutlineCost least{std::numeric_limits<double>::infinity(), 0.0, 0.0};
-    for (std::size_t i = 0; i < left_.size(); ++i) {
-      const OutlineCost cost = cost_of(outline_, before(i), left_[i], after(i));
-      if (!(cost < least)) continue;
-      least = cost;
-      found = i;
+  };
+  const auto cheapest = [&] {
+    std::vector<OutlineCost> cost;
+    for (std::size_t i = 0; i < left.size(); ++i) {
+      const PolygonTriangle ear = ear_at(i);
+      cost.push_back(cost_of(outline, ear[0], ear[1], ear[2]));
     }
-    return found;
+    return at(std::min_element(cost.begin(), cost.end()) - cost.begin());
+  };
+  std::size_t i = 0, failed = 0;
+  while (left.size() > (failed < left.size() ? kFewAtBest : kMostAtBest)) {
+    const bool may_be = failed < left.size();
+    i = may_be ? i % left.size() : cheapest();
+    PolygonTriangle ear = ear_at(i);
+    if (may_be && !is_ear(ear)) {
+      ++failed;
+      ++i;
+      continue;
+    }
+    std::rotate(ear.begin(), std::min_element(ear.begin(), ear.end()), ear.end());
+    triangles.push_back(ear);
+    left.erase(left.begin() + static_cast<std::ptrdiff_t>(i));
+    if (failed <= left.size()) failed = 0;
+    ++i;  // no long fans
   }
-
-  const Outline& outline_;
-  CornerNumbers left_;
-};
+  return left;
+}
 
 // Flips diagonals, seen along the normal, until the triangles are Delaunay, none of them turned
 // over by that (Lawson 1977).
@@ -279,7 +270,7 @@ OutlineTriangles triangles_of_outline(const std::vector<Vector3>& corners) {
   if (fan_stays(outline)) return fan_of(n);
   OutlineTriangles triangles;
   if (n > kMostByEars) return fan_of(n);
-  const CornerNumbers left = EarCutter(outline).run(triangles);
+  const CornerNumbers left = cut_ears(outline, triangles);
   cheapest_triangles(outline, left, triangles);
   if (n > kFewAtBest) flip_to_delaunay(outline, triangles);
   std::sort(triangles.begin(), triangles.end());
@@ -336,23 +327,13 @@ bool same_bits(const MeshFile& mesh, CornerId a, CornerId b) {
 // Of the corners of a polygon's triangles one for each number, in their order; false, and nothing
 // done, if the map is cut through the polygon.
 bool join_corners(const MeshFile& mesh, Corners& polygon) {
-  const auto number = [&](CornerId c) { return mesh.corners(c / 3, c % 3); };
-  Corners joined = polygon;
-  std::sort(joined.begin(), joined.end(), [&](CornerId a, CornerId b) {
-    return std::pair(number(a), a) < std::pair(number(b), b);
-  });
-  std::size_t kept = 0;
-  for (const CornerId c : joined) {
-    if (kept > 0 && number(joined[kept - 1]) == number(c)) {
-      if (vertex_of(mesh, joined[kept - 1]) != vertex_of(mesh, c) ||
-          !same_bits(mesh, joined[kept - 1], c))
-        return false;
-    } else {
-      joined[kept++] = c;
-    }
+  std::map<Index, CornerId> joined;
+  for (const CornerId c : polygon) {
+    const CornerId first = joined.try_emplace(mesh.corners(c / 3, c % 3), c).first->second;
+    if (vertex_of(mesh, first) != vertex_of(mesh, c) || !same_bits(mesh, first, c)) return false;
   }
-  joined.resize(kept);
-  polygon = std::move(joined);
+  polygon.clear();
+  for (const auto& [number, c] : joined) polygon.push_back(c);
   return true;
 }
 
@@ -403,6 +384,24 @@ void check(const MeshFile& mesh, Format format) {
   }
 }
 
+// Appends the shortest decimals that give the same bits, or as `format` says.
+template <typename Number, typename... Format>
+void append_number(std::string& text, Number value, Format... format) {
+  std::array<char, 64> buffer;
+  const auto end =
+      std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, format...).ptr;
+  text.append(buffer.data(), end);
+}
+
+// Appends a number as binary files have it, the low byte first.
+template <typename T>
+void append_bytes(std::string& text, T value) {
+  static_assert(std::endian::native == std::endian::little);
+  std::array<char, sizeof(T)> bytes;
+  std::memcpy(bytes.data(), &value, sizeof(T));
+  text.append(bytes.data(), bytes.size());
+}
+
 void append_row(std::string& text, const char* keyword, const double* row) {
   text += keyword;
   for (int i = 0; i < 3; ++i) {
@@ -412,43 +411,34 @@ void append_row(std::string& text, const char* keyword, const double* row) {
   text += '\n';
 }
 
-// Numbers texture coordinates, from 1: those of one vertex with the same bits are one.
-class TextureNumbers {
- public:
-  explicit TextureNumbers(const MeshFile& mesh) : mesh_(mesh) {}
-  long long of(CornerId c, std::string& text) {
-    auto& known = numbers_[vertex_of(mesh_, c)];
-    for (const auto& [corner, number] : known)
-      if (same_bits(mesh_, corner, c)) return number;
-    known.emplace_back(c, ++last_);
-    text += "vt ";
-    append_number(text, mesh_.uv(c, 0));
-    text += ' ';
-    append_number(text, mesh_.uv(c, 1));
-    text += '\n';
-    return last_;
-  }
-
- private:
-  const MeshFile& mesh_;
-  std::unordered_map<VertexId, std::vector<std::pair<CornerId, long long>>> numbers_;
-  long long last_ = 0;
-};
-
 std::string write_obj(const MeshFile& mesh) {
   std::string text = "# Flipfree UV\n", faces;
   for (Index v = 0; v < mesh.vertices.rows(); ++v)
     append_row(text, "v ", mesh.vertices.row(v).data());
-  TextureNumbers numbers(mesh);
+  // Of texture coordinates: those of one vertex with the same bits are one.
+  std::map<std::array<std::uint32_t, 3>, std::size_t> numbers;
+  const auto texture_of = [&](CornerId c) {
+    const auto bits = [&](Index i) { return std::bit_cast<std::uint32_t>(mesh.uv(c, i)); };
+    const std::array key{static_cast<std::uint32_t>(vertex_of(mesh, c)), bits(0), bits(1)};
+    const auto [known, is_new] = numbers.try_emplace(key, numbers.size() + 1);
+    if (is_new) {
+      text += "vt ";
+      append_number(text, mesh.uv(c, 0), std::chars_format::general, 9);
+      text += ' ';
+      append_number(text, mesh.uv(c, 1), std::chars_format::general, 9);
+      text += '\n';
+    }
+    return known->second;
+  };
   for (const Corners& polygon : polygon_corners(mesh)) {
     const bool textured = has_uv(mesh, polygon);
     faces += 'f';
     for (const CornerId c : polygon) {
       faces += ' ';
-      append_number(faces, static_cast<long long>(vertex_of(mesh, c)) + 1);
+      append_number(faces, std::int64_t{vertex_of(mesh, c)} + 1);
       if (!textured) continue;
       faces += '/';
-      append_number(faces, numbers.of(c, text));
+      append_number(faces, texture_of(c));
     }
     faces += '\n';
   }
@@ -462,10 +452,10 @@ std::string write_off(const MeshFile& mesh) {
   for (Index v = 0; v < mesh.vertices.rows(); ++v)
     append_row(text, "", mesh.vertices.row(v).data());
   for (const Corners& polygon : polygons) {
-    append_number(text, static_cast<long long>(polygon.size()));
+    append_number(text, polygon.size());
     for (const CornerId c : polygon) {
       text += ' ';
-      append_number(text, static_cast<long long>(vertex_of(mesh, c)));
+      append_number(text, vertex_of(mesh, c));
     }
     text += '\n';
   }
@@ -557,7 +547,8 @@ MeshFile read_mesh(std::string_view bytes, Format format) {
   if (std::all_of(polygons.uv.begin(), polygons.uv.end(), [](float t) { return std::isnan(t); }))
     polygons.uv.clear();
   MeshFile mesh;
-  mesh.vertices = std::move(polygons.positions);
+  mesh.vertices = Points3::Map(polygons.coordinates.data(),
+                               static_cast<Eigen::Index>(polygons.coordinates.size() / 3), 3);
 
   const std::size_t count = polygons.begin.size() - 1;
   const Index triangles = count_of(polygons.corners.size() - 2 * count, "End of the file");

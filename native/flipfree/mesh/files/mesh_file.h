@@ -59,9 +59,9 @@ std::string write_mesh(const MeshFile& mesh, Format format);
 // put all that follows out of step.
 
 struct FilePolygons {
-  Points3 positions;            // as written; of STL one for each place
-  std::vector<Index> corners;   // vertices of one polygon behind those of another
-  std::vector<Index> begin{0};  // #polygons + 1, where each one's corners begin
+  std::vector<double> coordinates;  // 3 a vertex, as written; of STL one for each place
+  std::vector<Index> corners;       // vertices of one polygon behind those of another
+  std::vector<Index> begin{0};      // #polygons + 1, where each one's corners begin
   // Which of the file's faces each of these is: those with fewer than three corners are passed
   // over. None for STL: all.
   std::vector<Index> numbers;

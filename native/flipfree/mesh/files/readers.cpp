@@ -29,6 +29,13 @@ namespace {
 
 constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
 
+// Takes three coordinates off the words of a line.
+void append_position(std::string_view words, const std::string& place, FilePolygons& polygons) {
+  for (int i = 0; i < 3; ++i)
+    polygons.coordinates.push_back(to_number(next_word(words), place, "a coordinate"));
+  count_of(polygons.coordinates.size() / 3, place);
+}
+
 struct Corner {
   long long vertex = 0, texture = 0;  // from 1; texture 0: none
 };
@@ -46,7 +53,7 @@ class Obj {
       std::string_view rest = logical_line(lines);
       const std::string_view keyword = next_word(rest);
       if (keyword == "v") {
-        position(rest, lines.place());
+        append_position(rest, lines.place(), polygons_);
       } else if (keyword == "vt") {
         texture_coordinate(rest, lines.place());
       } else if (keyword == "f") {
@@ -54,7 +61,6 @@ class Obj {
       }
     }
     check_vertices();
-    polygons_.positions = to_points(coordinates_);
     for (const Corner& c : corners_) {
       polygons_.corners.push_back(static_cast<Index>(c.vertex - 1));
       const bool textured = c.texture > 0 && 2 * at(c.texture) <= textures_.size();
@@ -77,12 +83,6 @@ class Obj {
     }
   }
 
-  void position(std::string_view rest, const std::string& place) {
-    for (int i = 0; i < 3; ++i)
-      coordinates_.push_back(to_number(next_word(rest), place, "a coordinate"));
-    count_of(coordinates_.size() / 3, place);
-  }
-
   // A new map may be made of a file whose old one is broken.
   void texture_coordinate(std::string_view rest, const std::string& place) {
     float u = kNone, v = 0.0F;
@@ -101,7 +101,7 @@ class Obj {
     const std::size_t slash = word.find('/');
     const long long index = to_integer(word.substr(0, slash), place, "an index of a face");
     Corner result;
-    result.vertex = resolved(index, coordinates_.size() / 3);
+    result.vertex = resolved(index, polygons_.coordinates.size() / 3);
     if (result.vertex < 1)
       refuse(place, "a face has the index " + std::to_string(index) + ", which names nothing");
     if (slash == std::string_view::npos) return result;
@@ -131,14 +131,13 @@ class Obj {
   }
 
   void check_vertices() const {
-    const auto count = static_cast<long long>(coordinates_.size() / 3);
+    const auto count = static_cast<long long>(polygons_.coordinates.size() / 3);
     if (largest_ > count)
       refuse(largest_at_, "a face uses vertex " + std::to_string(largest_) + ", the file has " +
                               std::to_string(count));
   }
 
   FilePolygons polygons_;
-  std::vector<double> coordinates_;
   std::vector<float> textures_;  // 2 each, the first NaN where it is none
   std::size_t faces_ = 0;
   long long largest_ = 0;  // index that was used: elements may follow the faces that use them
@@ -161,10 +160,9 @@ class Off {
     if (vertices < 0 || faces < 0) refuse(lines_.place(), "a count is negative");
     count_of(static_cast<std::size_t>(vertices), lines_.place());
     count_of(static_cast<std::size_t>(faces), lines_.place());
-    std::vector<double> coordinates;
-    for (long long v = 0; v < vertices; ++v) vertex(needed("vertex", v, vertices), coordinates);
+    for (long long v = 0; v < vertices; ++v)
+      append_position(needed("vertex", v, vertices), lines_.place(), polygons_);
     for (long long f = 0; f < faces; ++f) face(needed("face", f, faces), f, vertices);
-    polygons_.positions = to_points(coordinates);
     return std::move(polygons_);
   }
 
@@ -205,12 +203,6 @@ class Off {
       refuse(lines_.place(), "binary OFF files are not read", "Write it as text, or as .ply");
     after = rest;
     return next_word(after).empty() ? needed("line", 1, 2) : rest;
-  }
-
-  void vertex(std::string_view rest, std::vector<double>& coordinates) {
-    const std::string place = lines_.place();
-    for (int i = 0; i < 3; ++i)
-      coordinates.push_back(to_number(next_word(rest), place, "a coordinate"));
   }
 
   void face(std::string_view rest, long long number, long long vertices) {
@@ -420,7 +412,6 @@ class Ply {
     if (vertices == nullptr || faces == nullptr)
       refuse("Header", "the file has no " + std::string(vertices == nullptr ? "vertices" : "faces"),
              "Export faces, not strips or points only");
-    polygons_.positions = to_points(coordinates_);
     return std::move(polygons_);
   }
 
@@ -476,8 +467,8 @@ class Ply {
           skip_property(property, place);
         }
       }
-      count_of(coordinates_.size() / 3 + 1, place);
-      coordinates_.insert(coordinates_.end(), position.begin(), position.end());
+      count_of(polygons_.coordinates.size() / 3 + 1, place);
+      polygons_.coordinates.insert(polygons_.coordinates.end(), position.begin(), position.end());
       if (texture[0] != nullptr) vertex_uv_.insert(vertex_uv_.end(), uv.begin(), uv.end());
     }
   }
@@ -536,7 +527,6 @@ class Ply {
   Header header_;
   Body body_;
   FilePolygons polygons_;
-  std::vector<double> coordinates_;
   std::vector<float> vertex_uv_;
   std::vector<Index> polygon_;
   std::vector<float> uv_;
@@ -608,19 +598,17 @@ class Collector final : public IO::ImporterT<TriMesh_ArrayKernelT<>> {
       : ImporterT(unused), polygons_(polygons) {}
 
   VertexHandle add_vertex(const Vec3f& point) override {
-    coordinates.insert(coordinates.end(), {point[0], point[1], point[2]});
-    return VertexHandle(static_cast<int>(coordinates.size() / 3) - 1);
+    polygons_.coordinates.insert(polygons_.coordinates.end(), {point[0], point[1], point[2]});
+    return VertexHandle(static_cast<int>(n_vertices()) - 1);
   }
   FaceHandle add_face(const VHandles& corners) override {
     for (const VertexHandle v : corners) polygons_.corners.push_back(v.idx());
     polygons_.begin.push_back(static_cast<Index>(polygons_.corners.size()));
     return FaceHandle(static_cast<int>(n_faces()) - 1);
   }
-  std::size_t n_vertices() const override { return coordinates.size() / 3; }
+  std::size_t n_vertices() const override { return polygons_.coordinates.size() / 3; }
   std::size_t n_faces() const override { return polygons_.begin.size() - 1; }
   std::size_t n_edges() const override { return 0; }
-
-  std::vector<double> coordinates;
 
  private:
   FilePolygons& polygons_;
@@ -644,7 +632,6 @@ FilePolygons read_binary(const std::string& text) {
   if (!IO::STLReader().read(stream, collector, options) ||
       polygons.corners.size() != 3 * collector.n_faces())
     throw InternalError("OpenMesh did not read an STL file that holds together.");
-  polygons.positions = to_points(collector.coordinates);
   return polygons;
 }
 

@@ -1,7 +1,6 @@
 #include "flipfree/mesh/files/text.h"
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cmath>
 #include <limits>
@@ -26,13 +25,6 @@ std::string shown(std::string_view word) {
 std::string_view without_plus(std::string_view word) {
   if (word.size() > 1 && word[0] == '+' && word[1] != '-') word.remove_prefix(1);
   return word;
-}
-
-template <typename... Format>
-void append(std::string& text, Format... format) {
-  std::array<char, 64> buffer;
-  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), format...).ptr;
-  text.append(buffer.data(), end);
 }
 
 }  // namespace
@@ -99,21 +91,10 @@ long long to_integer(std::string_view word, const std::string& place, const char
   return value;
 }
 
-Points3 to_points(const std::vector<double>& coordinates) {
-  return Eigen::Map<const Points3>(coordinates.data(),
-                                   static_cast<Eigen::Index>(coordinates.size() / 3), 3);
-}
-
 Index count_of(std::size_t elements, const std::string& place) {
   if (elements > static_cast<std::size_t>(std::numeric_limits<Index>::max() / 3))
     refuse(place, "more elements than 32-bit indices can count", "Split the mesh");
   return static_cast<Index>(elements);
 }
-
-void append_number(std::string& text, double value) { append(text, value); }
-void append_number(std::string& text, float value) {
-  append(text, value, std::chars_format::general, 9);
-}
-void append_number(std::string& text, long long value) { append(text, value); }
 
 }  // namespace flipfree::mesh

@@ -1,10 +1,7 @@
-// Lines, words and numbers of text files, the same in every locale; numbers as bytes.
+// Lines, words and numbers of text files, the same in every locale.
 #pragma once
 
-#include <array>
-#include <bit>
 #include <cstddef>
-#include <cstring>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -47,24 +44,7 @@ float narrowed(double value, const std::string& place, const char* what);
 float to_float(std::string_view word, const std::string& place, const char* what);
 long long to_integer(std::string_view word, const std::string& place, const char* what);
 
-// Rows of positions that become a matrix.
-Points3 to_points(const std::vector<double>& coordinates);
-
 // Number of elements so far as an index; an error at that place beyond what corner ids can count.
 Index count_of(std::size_t elements, const std::string& place);
-
-// Appends a number as binary files have it, the low byte first.
-template <typename T>
-void append_bytes(std::string& text, T value) {
-  static_assert(std::endian::native == std::endian::little);
-  std::array<char, sizeof(T)> bytes;
-  std::memcpy(bytes.data(), &value, sizeof(T));
-  text.append(bytes.data(), bytes.size());
-}
-
-// Appends the shortest decimals that give the same bits, or for 32 bits 9 digits.
-void append_number(std::string& text, double value);
-void append_number(std::string& text, float value);
-void append_number(std::string& text, long long value);
 
 }  // namespace flipfree::mesh

@@ -41,10 +41,6 @@ void EditableTriangulation::link(HalfedgeId a, HalfedgeId b) {
   if (b != kInvalid) opposite_[at(b)] = a;
 }
 
-void EditableTriangulation::offer_outgoing(VertexId v, HalfedgeId h) {
-  if (outgoing(v) == kInvalid || is_boundary(h) || !is_boundary(outgoing(v))) outgoing_[at(v)] = h;
-}
-
 FaceId EditableTriangulation::add_face(VertexId a, VertexId b, VertexId c, FaceId parent) {
   FaceId f = kInvalid;
   if (free_.empty()) {
@@ -201,20 +197,21 @@ void EditableTriangulation::replace(std::span<const FaceId> faces,
   }
   if (new_boundary > old_boundary)
     throw InternalError("replace: the triangles do not fill the outline");
-  for (const HalfedgeId h : made) offer_outgoing(source(h), h);
+  for (const HalfedgeId h : made) outgoing_[at(source(h))] = h;
   for (const OutlineEdge& e : outline) {
-    if (e.opposite != kInvalid) {
-      offer_outgoing(e.target, e.opposite);
-      // A boundary half-edge of the source beyond the outline: it starts the fan that ends at this
-      // edge.
-      HalfedgeId h = e.opposite;
-      for (HalfedgeId n = next_corner(h); n != kInvalid && !is_boundary(n);) {
-        n = next_corner(opposite(n));
-        if (n == next_corner(h)) break;
-        if (is_boundary(n)) offer_outgoing(e.source, n);
-      }
-      if (is_boundary(next_corner(h))) offer_outgoing(e.source, next_corner(h));
+    if (e.opposite == kInvalid) continue;
+    outgoing_[at(e.target)] = e.opposite;
+    if (outgoing(e.source) == kInvalid) outgoing_[at(e.source)] = next_corner(e.opposite);
+  }
+  // Of boundary vertices the one on the boundary.
+  for (const VertexId v : touched) {
+    const HalfedgeId first = outgoing(v);
+    HalfedgeId h = first;
+    while (h != kInvalid && !is_boundary(h)) {
+      h = rotate_cw(h);
+      if (h == first) break;
     }
+    outgoing_[at(v)] = h;
   }
 }
 

@@ -98,8 +98,6 @@ class EditableTriangulation {
  private:
   FaceId add_face(VertexId a, VertexId b, VertexId c, FaceId parent);
   void link(HalfedgeId a, HalfedgeId b);
-  // Makes outgoing(v) the boundary half-edge if h is one.
-  void offer_outgoing(VertexId v, HalfedgeId h);
 
   std::vector<VertexId> source_;      // 3 #slots; kInvalid if dead
   std::vector<HalfedgeId> opposite_;  // 3 #slots

@@ -21,34 +21,25 @@ double Support::of(VertexId v) const {
   return 0.0;
 }
 
-Support between(const Support& a, const Support& b, double share) {
-  std::array<VertexId, 6> all = {a.vertex[0], a.vertex[1], a.vertex[2],
-                                 b.vertex[0], b.vertex[1], b.vertex[2]};
-  std::sort(all.begin(), all.end());
-  Support result;
-  std::size_t count = 0;
-  for (const VertexId v : all) {
-    if (v == kInvalid || (count > 0 && result.vertex[count - 1] == v)) continue;
-    if (count == 3) throw InternalError("point between points that share no input face");
-    result.vertex[count] = v;
-    result.weight[count++] = (1 - share) * a.of(v) + share * b.of(v);
-  }
-  return result;
-}
-
 Support rounded_between(const Support& a, const Support& b, double share) {
-  const Support exact = between(a, b, share);
+  std::vector<VertexId> corners;
+  for (const Support& support : {a, b})
+    for (const VertexId v : support.vertex)
+      if (v != kInvalid) corners.push_back(v);
+  sort_unique(corners);
+  if (corners.size() > 3) throw InternalError("point between points that share no input face");
   Support result;
   std::size_t count = 0;
   double rest = 1.0;
-  for (std::size_t i = 0; i < 3 && exact.vertex[i] != kInvalid; ++i) {
-    const bool last = i == 2 || exact.vertex[i + 1] == kInvalid;
+  for (const VertexId v : corners) {
+    const double exact = (1 - share) * a.of(v) + share * b.of(v);
     const double weight =
-        last ? rest
-             : std::min(rest, std::ldexp(std::nearbyint(std::ldexp(exact.weight[i], 52)), -52));
+        v == corners.back()
+            ? rest
+            : std::min(rest, std::ldexp(std::nearbyint(std::ldexp(exact, 52)), -52));
     rest -= weight;
     if (weight == 0.0) continue;
-    result.vertex[count] = exact.vertex[i];
+    result.vertex[count] = v;
     result.weight[count++] = weight;
   }
   return result;
@@ -242,43 +233,6 @@ namespace {
 // Weights that were computed, not chosen, sum to one up to a few roundings.
 constexpr double kRounded = 4 * std::numeric_limits<double>::epsilon();
 
-// What is wrong with a support but for signs; empty if nothing is.
-std::string broken_support(const Support& support, double slack) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < 3; ++i) {
-    if (support.vertex[i] == kInvalid && support.weight[i] != 0.0) return "a weight of no vertex";
-    sum += support.weight[i];
-  }
-  return std::abs(sum - 1.0) <= slack ? "" : "weights do not sum to one";
-}
-
-// Are the vertices (kInvalid: none) corners of the face?
-bool are_corners(const std::array<VertexId, 3>& vertices, const Triangles& faces, FaceId f) {
-  return std::all_of(vertices.begin(), vertices.end(), [&](VertexId v) {
-    return v == kInvalid || faces(f, 0) == v || faces(f, 1) == v || faces(f, 2) == v;
-  });
-}
-
-// What is wrong with a face outside the collar; empty if nothing is.
-std::string broken_face(const RefinedSurface& surface, FaceId f) {
-  const FaceId parent = surface.mesh.parent(f);
-  if (parent < 0 || parent >= static_cast<FaceId>(surface.input->faces.rows()))
-    return "has no parent";
-  const EditableTriangulation::Triangle corners = surface.mesh.corners(f);
-  for (const VertexId v : corners) {
-    const Support& support = surface.support[at(v)];
-    if (support.empty()) return "has a corner without support";
-    if (*std::min_element(support.weight.begin(), support.weight.end()) < 0.0)
-      return "a weight is negative";
-    if (std::string broken = broken_support(support, 0.0); !broken.empty()) return broken;
-    if (!are_corners(support.vertex, surface.input->faces, parent))
-      return "reaches out of its parent";
-  }
-  return surface.orientation_in_parent(parent, corners[0], corners[1], corners[2]) > 0
-             ? ""
-             : "does not turn as its parent does";
-}
-
 std::string broken_point(const SurfacePoint& point, Index face_count) {
   if (point.face < 0 || point.face >= face_count) return "lies in no face of the input";
   // A weight that is not a number fails as well.
@@ -287,12 +241,15 @@ std::string broken_point(const SurfacePoint& point, Index face_count) {
   return {};
 }
 
+// Are the corners of its face that it has weights of corners of the other one as well?
 bool point_lies_in(const Surface& input, const SurfacePoint& point, FaceId face) {
-  std::array<VertexId, 3> vertices{kInvalid, kInvalid, kInvalid};
+  const auto corners = input.faces.row(face);
   for (int k = 0; k < 3; ++k) {
-    if (point.weight[k] > 0.0) vertices[at(k)] = input.faces(point.face, k);
+    const VertexId v = input.faces(point.face, k);
+    if (point.weight[k] > 0.0 && std::find(corners.begin(), corners.end(), v) == corners.end())
+      return false;
   }
-  return point.face == face || are_corners(vertices, input.faces, face);
+  return true;
 }
 
 }  // namespace
@@ -303,30 +260,34 @@ std::string find_broken_invariant(const RefinedSurface& surface) {
   const auto vertices = static_cast<std::size_t>(mesh.vertex_count());
   if (surface.support.size() != vertices || surface.position.size() != vertices)
     return "not one support and one position per vertex";
+  const Index parents = static_cast<Index>(surface.input->faces.rows());
   for (FaceId f = 0; f < mesh.face_slots(); ++f) {
-    if (!mesh.alive(f) || surface.in_collar(f)) continue;
-    if (std::string broken = broken_face(surface, f); !broken.empty())
-      return "face " + std::to_string(f) + ": " + broken;
+    if (mesh.alive(f) && (mesh.parent(f) < 0 || mesh.parent(f) >= parents))
+      return "face " + std::to_string(f) + " has no parent";
   }
-  return {};
+  for (const Support& support : surface.support) {
+    const auto& [a, b, c] = support.weight;
+    if (!support.empty() && (std::min({a, b, c}) < 0.0 || a + b + c != 1.0))
+      return "weights that are negative or do not sum to one";
+  }
+  const Triangles faces = mesh.faces();
+  const Provenance provenance = provenance_of(surface);
+  for (FaceId f = 0; f < static_cast<FaceId>(faces.rows()); ++f) {
+    if (surface.orientation_in_parent(provenance.face[at(f)], faces(f, 0), faces(f, 1),
+                                      faces(f, 2)) <= 0)
+      return "face " + std::to_string(f) + " does not turn as its parent does";
+  }
+  return find_broken_provenance(*surface.input, faces, provenance);
 }
 
 std::string find_broken_map(const RefinedSurface& surface, const Points2& uv) {
   const EditableTriangulation& mesh = surface.mesh;
   mesh.check_invariants();
   if (uv.rows() != mesh.vertex_count()) return "not one place per vertex";
-  if (surface.support.size() != static_cast<std::size_t>(mesh.vertex_count()))
-    return "not one support per vertex";
   for (FaceId f = 0; f < mesh.face_slots(); ++f) {
     if (!mesh.alive(f)) continue;
-    const EditableTriangulation::Triangle t = mesh.corners(f);
-    for (const VertexId v : t) {
-      if (surface.in_collar(f)) break;
-      if (std::string broken = broken_support(surface.support[at(v)], kRounded); !broken.empty())
-        return "vertex " + std::to_string(v) + ": " + broken;
-    }
-    if (numeric::orientation(Vector2(uv.row(t[0])), Vector2(uv.row(t[1])), Vector2(uv.row(t[2]))) <=
-        0)
+    const auto [a, b, c] = mesh.corners(f);
+    if (numeric::orientation(Vector2(uv.row(a)), Vector2(uv.row(b)), Vector2(uv.row(c))) <= 0)
       return "face " + std::to_string(f) + " is not positive";
   }
   return {};
@@ -335,10 +296,6 @@ std::string find_broken_map(const RefinedSurface& surface, const Points2& uv) {
 std::string find_broken_provenance(const Surface& input, const Triangles& refined,
                                    const Provenance& provenance) {
   const auto face_count = static_cast<Index>(input.faces.rows());
-  for (std::size_t v = 0; v < provenance.vertex.size(); ++v) {
-    if (std::string broken = broken_point(provenance.vertex[v], face_count); !broken.empty())
-      return "vertex " + std::to_string(v) + " " + broken;
-  }
   if (provenance.face.size() != at(refined.rows())) return "not one parent per face";
   for (Index f = 0; f < static_cast<Index>(refined.rows()); ++f) {
     const FaceId parent = provenance.face[at(f)];
@@ -347,6 +304,8 @@ std::string find_broken_provenance(const Surface& input, const Triangles& refine
       const VertexId v = refined(f, k);
       if (v < 0 || at(v) >= provenance.vertex.size())
         return "face " + std::to_string(f) + " has a corner without provenance";
+      if (std::string broken = broken_point(provenance.vertex[at(v)], face_count); !broken.empty())
+        return "vertex " + std::to_string(v) + " " + broken;
       if (!point_lies_in(input, provenance.vertex[at(v)], parent))
         return "face " + std::to_string(f) + " reaches out of its parent";
     }

@@ -28,9 +28,8 @@ struct Support {
   bool empty() const { return vertex[0] == kInvalid; }
   double of(VertexId v) const;
 };
-// The point at (1 - share) a + share b.
-Support between(const Support& a, const Support& b, double share);
-// The same, with weights rounded to multiples of 2^-52 that sum to one exactly.
+// The point at (1 - share) a + share b, with weights rounded to multiples of 2^-52 that sum to one
+// exactly.
 Support rounded_between(const Support& a, const Support& b, double share);
 
 struct RefinedSurface {
@@ -97,10 +96,9 @@ RefinedMap compacted_map(const RefinedMap& map);
 std::string find_broken_invariant(const RefinedSurface& surface);
 
 // The same of a map: connectivity, one place per vertex, every face positive by exact test. Weights
-// are asked for their sum alone, up to rounding, and faces need not turn as their parents do:
-// between stages the surface may be one in the plane that only helps to find the user's, whose
-// weights are its coordinates, of either sign. What a stage hands on as a map of the user's surface
-// is asked for find_broken_invariant() as well (matchmaker/match.cpp). `uv`: #V x 2.
+// are not asked for: between stages the surface may be one in the plane that only helps to find the
+// user's, whose weights are its coordinates, of either sign. What a stage hands on as a map of the
+// user's surface is asked for find_broken_invariant() as well (matchmaker/match.cpp). `uv`: #V x 2.
 std::string find_broken_map(const RefinedSurface& surface, const Points2& uv);
 
 // Empty if this can be where `refined` lies on `input`: parents exist, weights are not negative and

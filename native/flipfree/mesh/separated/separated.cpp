@@ -34,6 +34,7 @@ struct Orientation {
   // Lower half-edges of the mates that were undone, ascending: of surfaces with one side, and
   // others. Those of crowded edges are not among them.
   std::vector<HalfedgeId> one_sided, opposed;
+  std::vector<EdgeUse> undone;  // all of them
 };
 
 // Parts are faces joined by mates, but not at seams (3 #F). Within each, faces are turned until
@@ -61,11 +62,11 @@ class Orienter {
     unit_ = extent > 0.0 ? 1.0 / extent : 1.0;
     if (!std::isfinite(unit_)) unit_ = 1.0;
     side_.assign(at(faces_.rows()), kUnknown);
-    if (input_.corner_uv != nullptr) find_contradictions();
+    if (input_.has_map()) find_contradictions();
   }
 
   Orientation run(const ExecutionContext& context) {
-    if (input_.corner_uv == nullptr) close_where_regions_contradict_themselves();
+    if (!input_.has_map()) close_where_regions_contradict_themselves();
     constexpr Index kCheckEvery = 1 << 14;
     for (FaceId f = 0; f < faces_.rows(); ++f) {
       if (f % kCheckEvery == 0) context.check();
@@ -76,8 +77,9 @@ class Orienter {
     const std::vector<HalfedgeId> opposed = opposed_mates();
     if (!opposed.empty()) list(opposed, result);
     for (const HalfedgeId h : opposed) {
-      mate_[at(mate_[at(h)])] = kInvalid;
-      mate_[at(h)] = kInvalid;
+      const HalfedgeId o = std::exchange(mate_[at(h)], kInvalid);
+      mate_[at(o)] = kInvalid;
+      result.undone.push_back({h, o});
     }
     return result;
   }
@@ -131,8 +133,8 @@ class Orienter {
   // By what is to be seen with a map and without: all mates across seams too, but no crowd.
   void list(const std::vector<HalfedgeId>& opposed, Orientation& result) const {
     std::vector<char> crowded(mate_.size(), 0);
-    for (const EdgeUse& use : pairs_.crowded) {
-      for (const HalfedgeId h : use) crowded[at(h)] = 1;
+    for (const EdgeUse& use : pairs_.several) {
+      for (const HalfedgeId h : use) crowded[at(h)] = use.size() > 2 ? 1 : 0;
     }
     // Every face twice, once a side: f and count + f.
     const auto count = static_cast<Index>(faces_.rows());
@@ -154,30 +156,27 @@ class Orienter {
   // Marks the faces that hang together with contradicting windings.
   void find_contradictions() {
     DisjointSets joined(static_cast<Index>(faces_.rows()));
-    for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(mate_.size()); ++h) {
-      if (mate_[at(h)] > h) joined.join(h / 3, mate_[at(h)] / 3);
-    }
-    for (const auto* uses : {&pairs_.crowded, &pairs_.loose}) {
-      for (const EdgeUse& use : *uses) {
-        for (const HalfedgeId h : use) joined.join(h / 3, use.front() / 3);
-      }
-    }
-    std::vector<char> twisted(side_.size(), 0);
+    std::vector<FaceId> at_odds;
     for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(mate_.size()); ++h) {
       const HalfedgeId o = mate_[at(h)];
-      if (o > h && same_direction(h, o)) twisted[at(joined.find(h / 3))] = 1;
+      if (o < h) continue;
+      joined.join(h / 3, o / 3);
+      if (same_direction(h, o)) at_odds.push_back(h / 3);
     }
-    for (const auto* uses : {&pairs_.crowded, &pairs_.loose}) {
-      for (const EdgeUse& use : *uses) twisted[at(joined.find(use.front() / 3))] = 1;
+    for (const EdgeUse& use : pairs_.several) {
+      at_odds.push_back(use.front() / 3);
+      for (const HalfedgeId h : use) joined.join(h / 3, use.front() / 3);
     }
+    std::vector<char> twisted(side_.size(), 0);
+    for (const FaceId f : at_odds) twisted[at(joined.find(f))] = 1;
     contradicted_.assign(side_.size(), 0);
     for (FaceId f = 0; f < faces_.rows(); ++f) contradicted_[at(f)] = twisted[at(joined.find(f))];
   }
   // With the exact sign, so that a part of slivers that are all positive is.
   double map_area(FaceId f) const {
-    const Vector2 a = input_.corner_uv->row(3 * f);
-    const Vector2 b = input_.corner_uv->row(3 * f + 1);
-    const Vector2 c = input_.corner_uv->row(3 * f + 2);
+    const Vector2 a = input_.corner_uv.row(3 * f);
+    const Vector2 b = input_.corner_uv.row(3 * f + 1);
+    const Vector2 c = input_.corner_uv.row(3 * f + 2);
     return numeric::orientation(a, b, c) *
            std::max(std::abs(cross(b - a, c - a)), std::numeric_limits<double>::min());
   }
@@ -191,7 +190,7 @@ class Orienter {
     side_[at(first)] = side;
     std::size_t i = part_.size();
     part_.push_back(first);
-    if (input_.polygon == nullptr) return;
+    if (input_.polygon.empty()) return;
     for (; i < part_.size(); ++i) {
       const FaceId f = part_[i];
       for (HalfedgeId h = 3 * f; h < 3 * f + 3; ++h) {
@@ -219,7 +218,7 @@ class Orienter {
         take(o / 3, side_across(h, o));
       }
     }
-    if (input_.corner_uv != nullptr && contradicted_[at(first)] != 0) {
+    if (input_.has_map() && contradicted_[at(first)] != 0) {
       double positive = 0.0;
       for (const FaceId f : part_) positive += side_[at(f)] == 0 ? map_area(f) : -map_area(f);
       turned = positive < 0.0 ? 1.0 : 0.0;
@@ -267,32 +266,30 @@ class Separator {
     drop_collapsed_faces();
     std::vector<char> at_seam =
         flag_pairs(faces_, static_cast<Index>(input_.vertices.rows()), options_.seams);
-    const Points2* map = corner_uv_.rows() == 0 ? nullptr : &corner_uv_;
-    PairingInput pairing{input_.vertices, faces_, at_seam};
-    if (!material_.empty()) pairing.material = &material_;
-    pairing.corner_uv = map;
-    EdgePairs pairs = pair_edges(pairing, context_);
+    const PairingInput pairing{input_.vertices, faces_, at_seam, material_, polygon_, corner_uv_};
+    EdgePairs pairs = pair_edges(input_.vertices, faces_, context_);
     if (polygon_.empty() && options_.diagonals != nullptr && options_.diagonals->rows() > 0)
       polygon_ =
           polygons_of(faces_, static_cast<Index>(input_.vertices.rows()), *options_.diagonals);
-    if (!polygon_.empty()) pairing.polygon = &polygon_;
-    if (!pairs.crowded.empty()) {
+    std::vector<HalfedgeId> crowded;
+    for (const EdgeUse& use : pairs.several)
+      if (use.size() > 2) crowded.push_back(use.front());
+    if (!crowded.empty()) {
       // Which way faces run counts in a crowd, so that it is set right before, as far as others
       // tell it. A map has its own opinion.
       std::vector<char> turned;
-      if (map == nullptr) {
+      if (!pairing.has_map()) {
         EdgePairs others = pairs;
         turned = Orienter(pairing, others).run(context_).turned;
       }
       pair_crowds(pairing, turned, pairs, context_);
     }
-    for (HalfedgeId h = 0; map != nullptr && h < static_cast<HalfedgeId>(at_seam.size()); ++h) {
+    for (HalfedgeId h = 0; pairing.has_map() && at(h) < at_seam.size(); ++h) {
       const HalfedgeId o = pairs.mate[at(h)];
-      if (o != kInvalid && !continues_in_map(faces_, *map, h, o)) at_seam[at(h)] = 1;
+      if (o != kInvalid && !continues_in_map(faces_, corner_uv_, h, o)) at_seam[at(h)] = 1;
     }
-    const std::vector<HalfedgeId> paired = pairs.mate;
     const Orientation orientation = Orienter(pairing, pairs).run(context_);
-    list_edges(MendKind::kCrowdedEdge, firsts(pairs.crowded));
+    list_edges(MendKind::kCrowdedEdge, crowded);
     list_edges(MendKind::kOneSidedEdge, orientation.one_sided);
     list_edges(MendKind::kOpposedEdge, orientation.opposed);
     list_faces(MendKind::kDuplicateFace, pairs.duplicate);
@@ -301,12 +298,8 @@ class Separator {
       if (orientation.turned[at(f)] != 0) turned.push_back(f);
     }
     list_faces(MendKind::kTurnedFace, turned);
-    std::vector<EdgeUse> doubtful = pairs.crowded;
-    doubtful.insert(doubtful.end(), pairs.loose.begin(), pairs.loose.end());
-    for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(paired.size()); ++h) {
-      if (paired[at(h)] > h && pairs.mate[at(h)] == kInvalid)
-        doubtful.push_back({h, paired[at(h)]});
-    }
+    std::vector<EdgeUse> doubtful = pairs.several;
+    doubtful.insert(doubtful.end(), orientation.undone.begin(), orientation.undone.end());
     return assemble(orientation.turned, pairs.mate, std::move(doubtful), at_seam);
   }
 
@@ -348,10 +341,10 @@ class Separator {
     for (FaceId f = 0; f < faces_.rows(); ++f) {
       if (turned[at(f)] != 0) std::swap(oriented(f, 1), oriented(f, 2));
     }
-    std::vector<HalfedgeId> opposite(mate.size(), kInvalid);
+    Adjacency adjacency{std::vector<HalfedgeId>(mate.size(), kInvalid), {}};
     for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(mate.size()); ++h) {
       if (mate[at(h)] != kInvalid)
-        opposite[at(turned_over(turned, h))] = turned_over(turned, mate[at(h)]);
+        adjacency.opposite[at(turned_over(turned, h))] = turned_over(turned, mate[at(h)]);
     }
     std::vector<char> mended(at(static_cast<Index>(input_.vertices.rows())), 0);
     for (std::vector<HalfedgeId>& halfedges : doubtful) {
@@ -361,8 +354,7 @@ class Separator {
       }
     }
     context_.check();
-    Sheets sheets = make_sheets(oriented, opposite, std::move(doubtful),
-                                polygon_.empty() ? nullptr : &polygon_);
+    Sheets sheets = make_sheets(oriented, adjacency, std::move(doubtful), polygon_);
     std::vector<HalfedgeId> parted;
     for (const HalfedgeId h : sheets.parted) {
       const HalfedgeId own = turned_over(turned, h);
@@ -370,25 +362,16 @@ class Separator {
       mended[at(source(faces_, own))] = mended[at(target(faces_, own))] = 1;
     }
     list_edges(MendKind::kPartedEdge, parted);
-    list_pinched(sheets.origin, mended);
+    list_pinched(sheets.mesh.vertex_origin, mended);
 
     result_.turned = turned;
-    result_.vertex_origin = std::move(sheets.origin);
-    Triangles faces(faces_.rows(), 3);
-    for (CornerId c = 0; c < static_cast<CornerId>(sheets.vertex.size()); ++c)
-      faces(c / 3, c % 3) = sheets.vertex[at(c)];
-    result_.surface.faces = std::move(faces);
+    result_.vertex_origin = std::move(sheets.mesh.vertex_origin);
+    result_.surface.faces = std::move(sheets.mesh.faces);
     result_.surface.vertices = input_.vertices(result_.vertex_origin, Eigen::all);
     list_shapes();
     std::sort(result_.mends.begin(), result_.mends.end(),
               [](const Mend& a, const Mend& b) { return a.kind < b.kind; });
     return std::move(result_);
-  }
-
-  static std::vector<HalfedgeId> firsts(const std::vector<EdgeUse>& edges) {
-    std::vector<HalfedgeId> result;
-    for (const EdgeUse& edge : edges) result.push_back(edge.front());
-    return result;
   }
 
   // `elements`: of the input, two vertices for an edge.
@@ -453,28 +436,8 @@ class Separator {
 }  // namespace
 
 std::string_view describe(MendKind kind) {
-  switch (kind) {
-    case MendKind::kCrowdedEdge:
-      return "edges with more than two faces";
-    case MendKind::kTurnedFace:
-      return "faces wound against their part";
-    case MendKind::kOneSidedEdge:
-      return "edges cut, as the surface has one side only";
-    case MendKind::kOpposedEdge:
-      return "edges cut between parts wound against each other";
-    case MendKind::kPartedEdge:
-      return "edges cut, as sheets meet there more than once";
-    case MendKind::kPinchedVertex:
-      return "vertices where parts touch";
-    case MendKind::kDuplicateFace:
-      return "duplicate faces";
-    case MendKind::kRepeatedCorner:
-      return "faces that use a vertex twice";
-    case MendKind::kZeroAreaFace:
-      return "faces without area, or thinner than 1e-8 of their length";
-    case MendKind::kZeroLengthEdge:
-      return "edges of length zero";
-  }
+  using Enum = MendKind;
+  switch (kind) { FLIPFREE_MEND_KINDS(FLIPFREE_CASE_OF_TEXT) }
   return "";
 }
 
@@ -487,26 +450,12 @@ CornerId SeparatedSurface::corner_origin(CornerId c) const {
 IndexPairs copies_of_edges(const Surface& input, const SeparatedSurface& separated,
                            const IndexPairs& pairs) {
   const auto vertex_count = static_cast<Index>(input.vertices.rows());
-  // Those of the pairs that are edges of such faces; which face and side they are of is no matter.
-  const auto edges_among = [&](const Triangles& faces, const Triangles& numbers) {
-    std::vector<VertexPair> found;
-    const std::vector<char> flags = flag_pairs(faces, vertex_count, &pairs);
-    for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(flags.size()); ++h) {
-      if (flags[at(h)] != 0) found.push_back(ends(numbers, h));
-    }
-    sort_unique(found);
-    return found;
-  };
-  const auto of_input = edges_among(input.faces, input.faces);
-  for (Eigen::Index i = 0; i < pairs.rows(); ++i) {
-    const VertexPair pair = std::minmax({pairs(i, 0), pairs(i, 1)});
-    if (!std::binary_search(of_input.begin(), of_input.end(), pair))
-      throw_not_an_edge(pairs, i, vertex_count);
-  }
+  flag_each_pair(input.faces, vertex_count, pairs);
+  // Which face and side of the surface they are of is no matter.
   const Triangles& faces = separated.surface.faces;
   const Triangles named =
       faces.unaryExpr([&](VertexId v) { return separated.vertex_origin[at(v)]; });
-  return rows_of(edges_among(named, faces));
+  return rows_of(pairs_of(faces, flag_pairs(named, vertex_count, &pairs)));
 }
 
 SeparatedSurface separate(const Surface& input, const SeparateOptions& options,
@@ -562,26 +511,13 @@ std::vector<double> least_heights(const Surface& surface, const std::vector<Face
   return least;
 }
 
-// By how much a vertex is moved in the first round.
-double shift_of(double length, double least_height) {
-  return std::clamp(kRestShiftOfHeight * least_height, kLeastRestShift * length,
-                    kRestShift * length);
-}
-
 }  // namespace
 
 Points3 rest_positions(const Surface& surface) {
   std::vector<FaceId> flat = shapeless_faces(surface.vertices, surface.faces);
   Points3 result = surface.vertices;
   if (flat.empty()) return result;
-  std::vector<char> moves;
-  const auto find_moves = [&] {
-    moves.assign(at(surface.vertices.rows()), 0);
-    for (const FaceId f : flat)
-      for (Index k = 0; k < 3; ++k) moves[at(surface.faces(f, k))] = 1;
-  };
-  find_moves();
-  std::vector<MeanLength> around(moves.size());
+  std::vector<MeanLength> around(at(surface.vertices.rows()));
   MeanLength all;
   for (CornerId c = 0; c < static_cast<CornerId>(surface.faces.size()); ++c) {
     const VertexId a = source(surface.faces, c), b = target(surface.faces, c);
@@ -595,19 +531,22 @@ Points3 rest_positions(const Surface& surface) {
   // beside large coordinates.
   constexpr std::uint64_t kRounds = 8;
   for (std::uint64_t round = 0; round < kRounds && !flat.empty(); ++round) {
+    std::vector<char> moves(around.size(), 0);
+    for (const FaceId f : flat)
+      for (Index k = 0; k < 3; ++k) moves[at(surface.faces(f, k))] = 1;
     for (std::size_t v = 0; v < moves.size(); ++v) {
       if (moves[v] == 0) continue;
       double length = around[v].count > 0 ? around[v].mean() : all.mean();
       if (!(length > 0.0)) length = 1.0 / kRestShift;
       const auto row = static_cast<VertexId>(v);
       const double magnitude = surface.vertices.row(row).cwiseAbs().maxCoeff();
+      const double first =
+          std::clamp(kRestShiftOfHeight * height[v], kLeastRestShift * length, kRestShift * length);
       const double shift =
-          std::max(std::ldexp(shift_of(length, height[v]), 2 * static_cast<int>(round)),
-                   0x1p-40 * magnitude);
+          std::max(std::ldexp(first, 2 * static_cast<int>(round)), 0x1p-40 * magnitude);
       result.row(row) = surface.vertices.row(row) + shift * direction_of(row, round).transpose();
     }
     flat = shapeless_faces(result, surface.faces);
-    find_moves();
   }
   return result;
 }

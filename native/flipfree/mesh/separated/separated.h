@@ -20,19 +20,29 @@
 
 namespace flipfree::mesh {
 
-enum class MendKind {
-  kCrowdedEdge,     // edges of more than two faces: paired, those left over have a border there
-  kTurnedFace,      // faces wound against most of their part
-  kOpposedEdge,     // edges, seams too, between faces that stay wound against each other
-  kOneSidedEdge,    // the same on a surface that has one side only (Moebius strip)
-  kPartedEdge,      // edges cut because sheets that meet there could not be told apart
-  kPinchedVertex,   // vertices where fans touch: one copy each
-  kDuplicateFace,   // faces with the same vertices as an earlier one: sheets of their own
-  kRepeatedCorner,  // faces that use a vertex twice: they have no triangle
-  kZeroAreaFace,    // faces without a shape (face_area.h): they get one (rest_positions())
-  kZeroLengthEdge,  // edges whose ends coincide: likewise
-};
-// "edges with more than two faces", for a list of what was mended.
+// What was mended, beside how a list of it is headed:
+//   kCrowdedEdge     edges of more than two faces: paired, those left over have a border there
+//   kTurnedFace      faces wound against most of their part
+//   kOpposedEdge     edges, seams too, between faces that stay wound against each other
+//   kOneSidedEdge    the same on a surface that has one side only (Moebius strip)
+//   kPartedEdge      edges cut because sheets that meet there could not be told apart
+//   kPinchedVertex   vertices where fans touch: one copy each
+//   kDuplicateFace   faces with the same vertices as an earlier one: sheets of their own
+//   kRepeatedCorner  faces that use a vertex twice: they have no triangle
+//   kZeroAreaFace    faces without a shape (face_area.h): they get one (rest_positions())
+//   kZeroLengthEdge  edges whose ends coincide: likewise
+#define FLIPFREE_MEND_KINDS(KIND)                                                 \
+  KIND(kCrowdedEdge, "edges with more than two faces")                            \
+  KIND(kTurnedFace, "faces wound against their part")                             \
+  KIND(kOpposedEdge, "edges cut between parts wound against each other")          \
+  KIND(kOneSidedEdge, "edges cut, as the surface has one side only")              \
+  KIND(kPartedEdge, "edges cut, as sheets meet there more than once")             \
+  KIND(kPinchedVertex, "vertices where parts touch")                              \
+  KIND(kDuplicateFace, "duplicate faces")                                         \
+  KIND(kRepeatedCorner, "faces that use a vertex twice")                          \
+  KIND(kZeroAreaFace, "faces without area, or thinner than 1e-8 of their length") \
+  KIND(kZeroLengthEdge, "edges of length zero")
+enum class MendKind { FLIPFREE_MEND_KINDS(FLIPFREE_ENUMERATOR) };
 std::string_view describe(MendKind kind);
 
 struct Mend {

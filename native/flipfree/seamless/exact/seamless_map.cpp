@@ -18,7 +18,6 @@
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/cut.h"
 #include "flipfree/mesh/face_area.h"
-#include "flipfree/mesh/separated/edge_pairs.h"
 #include "flipfree/mesh/validate.h"
 #include "flipfree/seamless/exact/parts.h"
 #include "flipfree/seamless/exact/take_back.h"

@@ -13,7 +13,7 @@
 #include "flipfree/base/stats.h"
 #include "flipfree/certify/certified_map.h"
 #include "flipfree/conformal/engine/engine.h"
-#include "flipfree/mesh/separated/edge_pairs.h"
+#include "flipfree/mesh/cut.h"
 #include "flipfree/mesh/validate.h"
 #include "flipfree/seamless/penner/penner_newton.h"
 #include "flipfree/seamless/request.h"

@@ -12,8 +12,8 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/failure.h"
+#include "flipfree/mesh/cut.h"
 #include "flipfree/mesh/islands.h"
-#include "flipfree/mesh/separated/edge_pairs.h"
 #include "flipfree/unwrap/islands/islands.h"
 
 namespace flipfree::unwrap {
