@@ -478,12 +478,10 @@ PYBIND11_MODULE(_native, module) {
   const auto judge = [](const auto& surface, const Points3& vertices, const Ids& corners,
                         const Ids& parent_face, const Points3& barycentric, const Ids& quad_parent,
                         auto& context) {
-    std::vector<quads::Quad> quads;
+    quads::QuadArrays mesh{vertices, {}, parent_face, barycentric, quad_parent};
     for (std::size_t i = 0; i + 3 < corners.size(); i += 4)
-      quads.push_back({corners[i], corners[i + 1], corners[i + 2], corners[i + 3]});
-    return quads::certify_quads(
-        {&surface, &vertices, &quads, &parent_face, &barycentric, &quad_parent, nullptr, -1},
-        context);
+      mesh.quads.push_back({corners[i], corners[i + 1], corners[i + 2], corners[i + 3]});
+    return quads::certify_quads(surface, mesh, nullptr, -1, context);
   };
   def_job(
       module, "certify_quads", "The quads were not judged", "or ask for fewer quads",

@@ -33,4 +33,15 @@ class BoxTree {
   Eigen::KdBVH<double, 3, Triangle> tree_;
 };
 
+// Of the two triangles of each quad, triangles 2 q and 2 q + 1. place(vertex).
+template <typename Quads, typename PlaceOf>
+BoxTree tree_of(const Quads& quads, const PlaceOf& place) {
+  std::vector<std::array<Vector3, 3>> halves;
+  for (const auto& q : quads) {
+    halves.push_back({place(q[0]), place(q[1]), place(q[2])});
+    halves.push_back({place(q[0]), place(q[2]), place(q[3])});
+  }
+  return BoxTree(halves);
+}
+
 }  // namespace flipfree::quads

@@ -83,26 +83,22 @@ class Walker {
   }
 
   VertexId number_of(Place place, Cells& cells) {
-    Carrier carrier{3 * place.face, {}, false, false};
-    for (HalfedgeId h = 3 * place.face; h < 3 * place.face + 3; ++h) {
-      if (!(place.at == origin(h))) continue;
-      carrier = {h, {}, true, false};
-      return numbered(-1 - flat_[h].source, {}, carrier, cells);
+    const HalfedgeId first = 3 * place.face;
+    for (HalfedgeId h = first; h < first + 3; ++h) {
+      if (place.at == origin(h))
+        return numbered(-1 - flat_[h].source, {}, {h, {}, true, false}, cells);
     }
-    for (HalfedgeId h = 3 * place.face; h < 3 * place.face + 3; ++h) {
+    for (HalfedgeId h = first; h < first + 3; ++h) {
       if (side(h, place.at) != 0) continue;
+      HalfedgeId on = h;
       Gauss along = place.at - origin(h);
-      carrier.halfedge = h;
       if (!owns(h)) {
-        carrier.halfedge = flat_[h].opposite;
-        along = turned(along, flat_[h].turn) + flat_[carrier.halfedge].edge;
+        on = flat_[h].opposite;
+        along = turned(along, flat_[h].turn) + flat_[on].edge;
       }
-      carrier.on_edge = true;
-      carrier.doubled = along;
-      return numbered(carrier.halfedge / 3, origin(carrier.halfedge) + along, carrier, cells);
+      return numbered(on / 3, origin(on) + along, {on, along, false, true}, cells);
     }
-    carrier.doubled = place.at;
-    return numbered(place.face, place.at, carrier, cells);
+    return numbered(place.face, place.at, {first, place.at, false, false}, cells);
   }
 
   VertexId numbered(Index kind, Gauss place, const Carrier& carrier, Cells& cells) {

@@ -83,18 +83,18 @@ class Remover {
     const std::size_t count = quarters_.size();
     // Borders and features first: what holds one holds its component.
     enum Kind : std::size_t { kBorder, kLine, kInside };
-    const DisjointSets alone(static_cast<Index>(count));
-    std::array<DisjointSets, 3> parts{alone, alone, components(coarse_, count)};
+    DisjointSets borders(static_cast<Index>(count)), lines = borders;
     // Of the coarse surface: flips have moved its half-edges, flags of features with them.
     for (HalfedgeId h = 0; h < coarse_.halfedges(); ++h) {
       const VertexId a = coarse_[h].source, b = coarse_.target(h);
-      if (coarse_[h].opposite == kInvalid) parts[kBorder].join(a, b);
-      if (coarse_[h].feature != 0) parts[kLine].join(a, b);
+      if (coarse_[h].opposite == kInvalid) borders.join(a, b);
+      if (coarse_[h].feature != 0) lines.join(a, b);
     }
+    const std::array part{borders.firsts(), lines.firsts(), components(coarse_, count)};
     std::array<std::vector<char>, 3> held;
     held.fill(std::vector<char>(count, 0));
     const auto hold = [&](VertexId v) {
-      for (const Kind kind : {kBorder, kLine, kInside}) held[kind][at(parts[kind].find(v))] = 1;
+      for (const Kind kind : {kBorder, kLine, kInside}) held[kind][at(part[kind][at(v)])] = 1;
     };
     std::vector<VertexId> flats;
     std::vector<char> on_line(count, 0);
@@ -110,7 +110,7 @@ class Remover {
     for (const Kind kind : {kBorder, kLine, kInside}) {
       std::erase_if(flats, [&](VertexId v) {
         const Kind own = on_border(v) ? kBorder : on_line[at(v)] != 0 ? kLine : kInside;
-        if (own != kind || held[kind][at(parts[kind].find(v))] != 0) return false;
+        if (own != kind || held[kind][at(part[kind][at(v)])] != 0) return false;
         hold(v);
         return true;
       });
@@ -333,19 +333,6 @@ CoarseSurface coarse_surface(const FlatSurface& map, const std::vector<Index>& q
   return Remover(map, quarters, feature, context).run();
 }
 
-std::pair<CornerId, Index> sector_of(const FlatSurface& map, CornerId first, Gauss direction) {
-  CornerId c = first;
-  Index turn = 0;
-  while (true) {
-    const HalfedgeId last = previous_corner(c);
-    const Gauss d = turned(direction, turn);
-    const HalfedgeId across = map[last].opposite;
-    if (across == kInvalid || cross(d, -map[last].edge) > 0) return {c, turn};
-    turn += map[last].turn;
-    c = across;
-  }
-}
-
 void flip_coarse(CoarseSurface& coarse, const FlatSurface& map, HalfedgeId h) {
   // Of the four half-edges around the edge: where each was, where it is then, and by how many
   // quarters its chart turns.
@@ -399,7 +386,7 @@ bool is_delaunay(const FlatSurface& surface, HalfedgeId h, Gauss Side::*of) {
     const Vector2 a = as_vector(surface[previous_corner(e)].*of),
                   b = -as_vector(surface[next_corner(e)].*of);
     const double size = a.norm() * b.norm();
-    return Vector2(a.dot(b) / size, flipfree::cross(a, b) / size);
+    return Vector2(a.dot(b) / size, cross(a, b) / size);
   };
   const Vector2 here = apex(h), there = apex(surface[h].opposite);
   return here.x() * there.y() + here.y() * there.x() > -1e-12;
@@ -433,30 +420,20 @@ Prepared prepare(FlatMap flat, const certify::Parametrization& map,
 
 Scales scales_of(const Prepared& p, const certify::Parametrization& map) {
   const FlatSurface& flat = p.flat.surface;
-  DisjointSets parts = components(flat, p.quarters.size());
-  std::vector<Index> number(p.quarters.size(), kInvalid);
-  std::vector<double> on_surface, in_map;
+  const std::vector<VertexId> part = components(flat, p.quarters.size());
+  std::vector<double> on_surface(part.size(), 0.0), in_map = on_surface;
   Scales scales;
-  const auto part = [&](VertexId v) -> std::size_t {
-    Index& n = number[at(parts.find(v))];
-    if (n == kInvalid) {
-      n = static_cast<Index>(on_surface.size());
-      on_surface.push_back(0.0);
-      in_map.push_back(0.0);
-    }
-    return at(n);
-  };
-  for (FaceId f = 0; f < flat.halfedges() / 3; ++f) {
+  for (FaceId f = 0; f < flat.faces(); ++f) {
     const double area = 0.5 * map.surface.area_vector(f).norm();
-    const std::size_t n = part(flat[3 * f].source);
+    const std::size_t n = at(part[at(flat[3 * f].source)]);
     on_surface[n] += area;
     in_map[n] += 0.5 * static_cast<double>(flat.twice_area(f));
     scales.area += area;
   }
-  for (std::size_t n = 0; n < in_map.size(); ++n)
+  for (FaceId f = 0; f < p.coarse.faces(); ++f) {
+    const std::size_t n = at(part[at(p.coarse[3 * f].source)]);
     scales.scale.push_back(std::sqrt(on_surface[n] / scales.area / in_map[n]));
-  for (FaceId f = 0; f < p.coarse.faces(); ++f)
-    scales.component.push_back(static_cast<Index>(part(p.coarse[3 * f].source)));
+  }
   return scales;
 }
 
@@ -494,7 +471,7 @@ std::vector<HalfedgeId> close_features(const Prepared& p, const Scales& scales, 
   std::vector<Facing> sides;
   for (HalfedgeId h = 0; h < coarse.halfedges(); ++h) {
     if (p.coarse[h].feature == 0) continue;
-    const double scale = scales.scale[at(scales.component[at(h / 3)])] * std::sqrt(wanted);
+    const double scale = scales.scale[at(h / 3)] * std::sqrt(wanted);
     const double length = as_vector(coarse[h].edge).norm();
     const auto height = static_cast<double>(coarse.twice_area(h / 3)) / length;
     if (!(scale * height < kClose)) continue;

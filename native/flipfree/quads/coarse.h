@@ -37,11 +37,6 @@ struct CoarseSurface : FlatSurface {
 CoarseSurface coarse_surface(const FlatSurface& map, const std::vector<Index>& quarters,
                              const std::vector<char>& feature, const ExecutionContext& context);
 
-// The corner whose sector holds a direction that lies counter-clockwise of the half-edge of `first`
-// by less than half a turn, given in the chart of `first`'s face; and how many quarters its chart
-// is turned.
-std::pair<CornerId, Index> sector_of(const FlatSurface& surface, CornerId first, Gauss direction);
-
 // Replaces the edge of h by the other diagonal, in the charts of the two faces; its half-edges are
 // 3 f + 2 (from b to a), f the face of h, and three times its neighbour (from a to b).
 // Preconditions: two faces; both areas are positive by the edges.
@@ -70,10 +65,9 @@ Prepared prepare(FlatMap flat, const certify::Parametrization& map,
                  const ExecutionContext& context);
 
 struct Scales {
-  std::vector<Index> component;  // per face of the coarse surface
-  std::vector<double> scale;     // per component: quads per length of the map's integers, for one
-                                 // quad in all
-  double area = 0.0;             // of the surface
+  // Per face of the coarse surface: quads per length of the map's integers, for one quad in all.
+  std::vector<double> scale;
+  double area = 0.0;  // of the surface
 };
 
 // Every component has its share of the quads by its area on the surface, whatever its size in the

@@ -1,9 +1,11 @@
 #include "flipfree/quads/flat_surface.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <string>
 
+#include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/error.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/mesh/adjacency.h"
@@ -20,13 +22,9 @@ int grid_exponent(const Points2f& uv) {
     if (x == 0.0F) continue;
     int exponent = 0;
     // 24 bits of the mantissa as a whole number.
-    auto mantissa = static_cast<std::int64_t>(std::ldexp(std::frexp(x, &exponent), 24));
-    exponent -= 24;
-    while (mantissa % 2 == 0) {
-      mantissa /= 2;
-      ++exponent;
-    }
-    least = std::min(least, exponent);
+    const auto mantissa =
+        static_cast<std::uint32_t>(std::ldexp(std::frexp(std::abs(x), &exponent), 24));
+    least = std::min(least, exponent - 24 + std::countr_zero(mantissa));
   }
   return least == 1000 ? 0 : least;
 }
@@ -85,11 +83,11 @@ FlatMap flat_map(const certify::Parametrization& map) {
   return flat;
 }
 
-DisjointSets components(const FlatSurface& surface, std::size_t vertices) {
+std::vector<VertexId> components(const FlatSurface& surface, std::size_t vertices) {
   DisjointSets parts(static_cast<Index>(vertices));
   for (HalfedgeId h = 0; h < surface.halfedges(); ++h)
     parts.join(surface[h].source, surface.target(h));
-  return parts;
+  return parts.firsts();
 }
 
 std::vector<Index> quarters_around(const FlatSurface& surface, std::size_t vertices) {

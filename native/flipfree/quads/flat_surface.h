@@ -18,7 +18,7 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
-#include "flipfree/base/disjoint_sets.h"
+#include "flipfree/base/plane.h"
 #include "flipfree/certify/parametrization.h"
 #include "flipfree/seamless/seams.h"
 
@@ -33,10 +33,14 @@ struct Gauss {
 constexpr Gauss operator+(Gauss a, Gauss b) { return {a.x + b.x, a.y + b.y}; }
 constexpr Gauss operator-(Gauss a, Gauss b) { return {a.x - b.x, a.y - b.y}; }
 constexpr Gauss operator-(Gauss a) { return {-a.x, -a.y}; }
+using flipfree::cross;
 using seamless::turned;  // turned(a, quarters) = i^quarters a
 constexpr std::int64_t cross(Gauss a, Gauss b) { return a.x * b.y - a.y * b.x; }
 constexpr std::int64_t dot(Gauss a, Gauss b) { return a.x * b.x + a.y * b.y; }
 inline Vector2 as_vector(Gauss a) { return {static_cast<double>(a.x), static_cast<double>(a.y)}; }
+// Is b counter-clockwise of a, by less than half a turn?
+constexpr bool is_left(Gauss b, Gauss a) { return cross(a, b) > 0; }
+inline bool is_left(Gauss b, const Vector2& a) { return cross(a, as_vector(b)) > 0.0; }
 
 // Components of edges stay below this either way, so that products and their sums fit 64 bits.
 inline constexpr std::int64_t kLongest = std::int64_t{1} << 30;
@@ -88,8 +92,8 @@ struct FlatMap {
 };
 FlatMap flat_map(const certify::Parametrization& map);
 
-// Vertices that hang together.
-DisjointSets components(const FlatSurface& surface, std::size_t vertices);
+// Of every vertex the smallest one that it hangs together with.
+std::vector<VertexId> components(const FlatSurface& surface, std::size_t vertices);
 
 // Quarter turns of the angle around every vertex; 0 for those that no face uses.
 std::vector<Index> quarters_around(const FlatSurface& surface, std::size_t vertices);
@@ -108,6 +112,24 @@ struct Diamond {
   std::int64_t at_target() const { return cross(diagonal, across); }
 };
 Diamond diamond(const FlatSurface& surface, HalfedgeId h, Gauss Side::*of = &Side::edge);
+
+// The corner whose sector holds a direction (Gauss or Vector2) that lies counter-clockwise of the
+// half-edge of `first` by less than half a turn, given in the chart of `first`'s face; and how many
+// quarters its chart is turned. A sector begins at the corner's half-edge and ends before the next.
+template <typename Direction>
+std::pair<CornerId, Index> sector_of(const FlatSurface& surface, CornerId first,
+                                     const Direction& direction) {
+  CornerId c = first;
+  Index turn = 0;
+  while (true) {
+    const HalfedgeId last = previous_corner(c);
+    const HalfedgeId across = surface[last].opposite;
+    if (across == kInvalid || is_left(-surface[last].edge, turned(direction, turn)))
+      return {c, turn};
+    turn += surface[last].turn;
+    c = across;
+  }
+}
 
 // A place in the chart of a face, whose first corner is the origin.
 struct Place {

@@ -44,7 +44,6 @@ class Descent {
       : coarse_(coarse),
         map_(p.flat.surface),
         quarters_(p.quarters),
-        component_(scales.component),
         scale_(scales.scale),
         count_(count),
         context_(context) {
@@ -88,33 +87,24 @@ class Descent {
 
   // Areas are positive, and vertices have their angle: positive areas alone leave whole turns open,
   // one more here for one less there.
-  bool is_valid() const {
+  bool is_valid() {
     for (FaceId f = 0; f < coarse_.faces(); ++f)
       if (area(f) <= 0) return false;
     for (HalfedgeId h = 0; h < coarse_.halfedges(); ++h)
       if (is_reversed(h, coarse_[h].integer)) return false;
-    std::vector<double> angle(quarters_.size(), 0.0);
-    for (HalfedgeId h = 0; h < coarse_.halfedges(); ++h)
-      angle[at(coarse_[h].source)] += corner_angle(h);
-    for (HalfedgeId h = 0; h < coarse_.halfedges(); ++h) {
-      const VertexId v = coarse_[h].source;
-      if (std::lround(angle[at(v)] / kQuarterTurn) != quarters_[at(v)]) return false;
-    }
+    leaving_ = leaving(coarse_, quarters_.size());
+    for (VertexId v = 0; at(v) < leaving_.size(); ++v)
+      if (leaving_[at(v)] != kInvalid && !has_its_angle(v)) return false;
     return true;
   }
 
  private:
-  Vector2 wish(HalfedgeId h) const {
-    return scale_[at(component_[at(h / 3)])] * as_vector(coarse_[h].edge);
-  }
+  Vector2 wish(HalfedgeId h) const { return scale_[at(h / 3)] * as_vector(coarse_[h].edge); }
   std::int64_t area(FaceId f) const { return coarse_.twice_area(f, &Side::integer); }
-  double corner_angle(HalfedgeId h) const {
-    return turn(as_vector(coarse_[h].integer), as_vector(-coarse_[previous_corner(h)].integer));
-  }
   bool has_its_angle(VertexId v) const {
     double angle = 0.0;
     around(coarse_, leaving_[at(v)], [&](HalfedgeId h) {
-      angle += corner_angle(h);
+      angle += turn(as_vector(coarse_[h].integer), as_vector(-coarse_[previous_corner(h)].integer));
       return true;
     });
     return std::lround(angle / kQuarterTurn) == quarters_[at(v)];
@@ -142,7 +132,7 @@ class Descent {
                                          as_vector(coarse_[h].edge).norm());
     }
     const Vector2 a = wish(3 * f), b = wish(3 * f + 1);
-    const double before = flipfree::cross(a, b);
+    const double before = cross(a, b);
     // |J|^2 times twice the area: sum of cotangents times squares, which is this.
     const Vector2 c = as_vector(q[0]), d = as_vector(q[1]);
     const double stretch = (c.squaredNorm() * b.squaredNorm() - 2.0 * c.dot(d) * a.dot(b) +
@@ -229,9 +219,9 @@ class Descent {
   // Steps of closed dual paths: through a face, in across half-edge `in` (which loses the unit d),
   // out across the next or the previous one (which gains it). Node 4 h + d: h gains the unit d.
   struct Step {
-    HalfedgeId in;
-    Index d;
-    Index which;
+    HalfedgeId in = kInvalid;
+    Index d = 0;
+    Index which = 0;
     std::size_t index() const { return at(8 * in + 2 * d + which); }
     HalfedgeId out() const { return which == 0 ? next_corner(in) : previous_corner(in); }
   };
@@ -276,7 +266,7 @@ class Descent {
     if (is_active_[at(node)] == 0) active_.push_back(node);
     is_active_[at(node)] = 1;
   }
-  void lower(Index node, double sum, Index from, std::size_t step) {
+  void lower(Index node, double sum, Index from, const Step& step) {
     distance_[at(node)] = sum;
     before_[at(node)] = from;
     step_to_[at(node)] = step;
@@ -285,8 +275,7 @@ class Descent {
   void relax(Index from, const Step& step) {
     const Index node = 4 * step.out() + step.d;
     const double sum = distance_[at(from)] + cost_[step.index()];
-    if (sum < distance_[at(node)] - 1e-9 * (1.0 + std::abs(sum)))
-      lower(node, sum, from, step.index());
+    if (sum < distance_[at(node)] - 1e-9 * (1.0 + std::abs(sum))) lower(node, sum, from, step);
   }
 
   // Bellman and Ford; a negative cycle shows among the predecessors after a few rounds. Whatever
@@ -305,7 +294,7 @@ class Descent {
       lowered = false;
       distance_.assign(nodes, 0.0);
       before_.assign(nodes, kInvalid);
-      step_to_.assign(nodes, 0);
+      step_to_.assign(nodes, {});
       is_active_.assign(nodes, 0);
       active_.clear();
       for (Index node = 0; node <= outside(); ++node) activate(node);
@@ -337,7 +326,7 @@ class Descent {
       const Index turned_d = (d + coarse_[h].turn) % 4;
       for (Index which = 0; which < 2; ++which) relax(node, {o, turned_d, which});
     } else if (along(h, d) && distance_[at(node)] < distance_[at(outside())]) {
-      lower(outside(), distance_[at(node)], node, 0);
+      lower(outside(), distance_[at(node)], node, {});
     }
   }
 
@@ -356,7 +345,7 @@ class Descent {
         node = before_[at(node)];
       }
       if (node == kInvalid || seen_[at(node)] != pass_) continue;
-      std::vector<std::size_t> steps;
+      std::vector<Step> steps;
       Index n = node;
       do {
         if (n != outside()) steps.push_back(step_to_[at(n)]);
@@ -386,9 +375,9 @@ class Descent {
   }
 
   // Takes the steps if that lowers the energy.
-  bool apply(const std::vector<std::size_t>& steps) {
+  bool apply(const std::vector<Step>& steps) {
     std::vector<FaceId> once;
-    for (const std::size_t index : steps) once.push_back(static_cast<FaceId>(index / 24));
+    for (const Step& step : steps) once.push_back(step.in / 3);
     sort_unique(once);
     std::vector<VertexId> vertices;
     for (const FaceId f : once)
@@ -408,9 +397,7 @@ class Descent {
     };
     const double now = sum();
     const auto shift = [&](bool forth) {
-      for (const std::size_t index : steps) {
-        const Step step{static_cast<HalfedgeId>(index / 8), static_cast<Index>(index % 8 / 2),
-                        static_cast<Index>(index % 2)};
+      for (const Step& step : steps) {
         const Gauss unit = forth ? kUnits[at(step.d)] : -kUnits[at(step.d)];
         Gauss& in = coarse_[step.in].integer;
         in = in - unit;
@@ -420,7 +407,7 @@ class Descent {
     };
     shift(true);
     if (sum() < now - 1e-9 * now) {
-      for (const std::size_t index : blocked_) reprice(static_cast<FaceId>(index / 24));
+      for (const Step& step : blocked_) reprice(step.in / 3);
       blocked_.clear();
       if (count_ > 0.0 && doubled() != before) {
         price_all();
@@ -435,19 +422,14 @@ class Descent {
 
   // Steps that are not worth their price together: of those that share a face none is taken until
   // something else has changed.
-  void block(const std::vector<std::size_t>& steps) {
-    std::vector<char> shared(steps.size(), 0);
-    bool some = false;
-    for (std::size_t i = 0; i < steps.size(); ++i) {
-      for (std::size_t j = 0; j < steps.size(); ++j) {
-        if (i != j && steps[i] / 24 == steps[j] / 24) shared[i] = 1;
-      }
-      some = some || shared[i] != 0;
-    }
-    for (std::size_t i = 0; i < steps.size(); ++i) {
-      if (some && shared[i] == 0) continue;
-      cost_[steps[i]] = kInfinite;
-      blocked_.push_back(steps[i]);
+  void block(const std::vector<Step>& steps) {
+    std::vector<Step> shared;
+    for (const Step& step : steps)
+      if (std::ranges::count(steps, step.in / 3, [](const Step& s) { return s.in / 3; }) > 1)
+        shared.push_back(step);
+    for (const Step& step : shared.empty() ? steps : shared) {
+      cost_[step.index()] = kInfinite;
+      blocked_.push_back(step);
     }
   }
 
@@ -460,9 +442,7 @@ class Descent {
       changed = false;
       for (HalfedgeId h = 0; h < coarse_.halfedges() && most > 0; ++h) {
         const HalfedgeId o = coarse_[h].opposite;
-        if (o == kInvalid || o / 3 == h / 3 || coarse_[h].feature != 0 ||
-            component_[at(h / 3)] != component_[at(o / 3)])
-          continue;
+        if (o == kInvalid || o / 3 == h / 3 || coarse_[h].feature != 0) continue;
         const bool positive = area(h / 3) > 0 && area(o / 3) > 0;
         if (positive && is_delaunay(coarse_, h, &Side::integer)) continue;
         const Diamond real = diamond(coarse_, h);
@@ -481,20 +461,19 @@ class Descent {
   CoarseSurface& coarse_;
   const FlatSurface& map_;
   const std::vector<Index>& quarters_;
-  const std::vector<Index>& component_;
-  std::vector<double> scale_;
+  std::vector<double> scale_;  // per face
   double count_;
   double quads_ = 0.0;  // as of the last price_all()
   double bias_ = 0.0;   // what a quad more costs besides, as long as the count is off
   ExecutionContext& context_;
-  std::vector<HalfedgeId> leaving_;   // as of the last flips
-  std::vector<double> cost_;          // per Step::index()
-  std::vector<std::size_t> blocked_;  // steps whose cost is infinite although they are possible
+  std::vector<HalfedgeId> leaving_;  // as of the last flips
+  std::vector<double> cost_;         // per Step::index()
+  std::vector<Step> blocked_;        // steps whose cost is infinite although they are possible
   // Of cancel_cycles(), per node: 4 h + d as for Step, and one for all that is outside.
   std::vector<double> distance_;
   std::vector<Index> before_;
   std::vector<std::int64_t> seen_;
-  std::vector<std::size_t> step_to_;
+  std::vector<Step> step_to_;
   std::vector<char> is_active_;
   std::vector<Index> active_;  // nodes whose distance has changed
   std::int64_t pass_ = 0;

@@ -22,64 +22,45 @@ Spot tidy(FaceId face, Vector3 weight) {
   return {face, weight / weight.sum()};
 }
 
-// From a vertex of the map along a vector, which lies counter-clockwise of the direction in which
-// the half-edge leaves on the coarse surface, or is the same. Where the way meets vertices, it
-// passes to their left.
-class Straight {
- public:
-  Straight(const FlatSurface& map, CornerId corner, const Vector2& way) : map_(map) {
-    corner_ = corner;
-    way_ = way;
-    // Into the sector that holds the vector.
-    while (true) {
-      const HalfedgeId last = previous_corner(corner_);
-      const HalfedgeId across = map_[last].opposite;
-      if (across == kInvalid || flipfree::cross(way_, as_vector(-map_[last].edge)) > 0.0) break;
-      way_ = turned(way_, map_[last].turn);
-      corner_ = across;
+// The end of a way from a vertex of the map along a vector, which lies counter-clockwise of the
+// direction in which the half-edge leaves on the coarse surface, or is the same. Where the way
+// meets vertices, it passes to their left.
+Spot end_of_way(const FlatSurface& map, CornerId first, const Vector2& along) {
+  const auto [corner, quarters] = sector_of(map, first, along);
+  const Vector2 way = turned(along, quarters);
+  HalfedgeId out = next_corner(corner);
+  // In the chart of the first face, with the vertex at the origin: the ends of `out`, and by how
+  // many quarters vectors of its face are turned to get there.
+  Vector2 right = as_vector(map[corner].edge);
+  Vector2 left = right + as_vector(map[out].edge);
+  Vector2 third = Vector2::Zero();
+  Index turn = 0;
+  while (cross(left - right, way - right) < 0.0) {
+    const HalfedgeId o = map[out].opposite;
+    if (o == kInvalid) break;
+    turn += map[o].turn;
+    const Vector2 apex = right + turned(as_vector(map[next_corner(o)].edge), turn);
+    if (cross(way, apex) > 0.0) {
+      out = next_corner(o);
+      third = left;
+      left = apex;
+    } else {
+      out = previous_corner(o);
+      third = right;
+      right = apex;
     }
   }
-
-  Spot end() const {
-    HalfedgeId out = next_corner(corner_);
-    // In the chart of the first face, with the vertex at the origin: the ends of `out`, and by how
-    // many quarters vectors of its face are turned to get there.
-    Vector2 right = as_vector(map_[corner_].edge);
-    Vector2 left = right + as_vector(map_[out].edge);
-    Vector2 third = Vector2::Zero();
-    Index turn = 0;
-    while (flipfree::cross(left - right, way_ - right) < 0.0) {
-      const HalfedgeId o = map_[out].opposite;
-      if (o == kInvalid) break;
-      turn += map_[o].turn;
-      const Vector2 apex = right + turned(as_vector(map_[next_corner(o)].edge), turn);
-      if (flipfree::cross(way_, apex) > 0.0) {
-        out = next_corner(o);
-        third = left;
-        left = apex;
-      } else {
-        out = previous_corner(o);
-        third = right;
-        right = apex;
-      }
-    }
-    Vector3 weight;
-    weight[out % 3] = twice_area(way_, left, third);
-    weight[next_corner(out) % 3] = twice_area(way_, third, right);
-    weight[previous_corner(out) % 3] = twice_area(way_, right, left);
-    return tidy(out / 3, weight);
-  }
-
- private:
-  const FlatSurface& map_;
-  CornerId corner_;
-  Vector2 way_;
-};
+  Vector3 weight;
+  weight[out % 3] = twice_area(way, left, third);
+  weight[next_corner(out) % 3] = twice_area(way, third, right);
+  weight[previous_corner(out) % 3] = twice_area(way, right, left);
+  return tidy(out / 3, weight);
+}
 
 Spot spot_of(const Carrier& carrier, const CoarseSurface& coarse, const FlatSurface& map) {
   const HalfedgeId h = carrier.halfedge;
   const auto walk = [&](HalfedgeId from, const Vector2& way) {
-    return Straight(map, coarse[from].start, turned(way, coarse[from].start_turn)).end();
+    return end_of_way(map, coarse[from].start, turned(way, coarse[from].start_turn));
   };
   if (carrier.at_vertex) return spot_on(coarse[h].start, 0.0);
   if (carrier.on_edge) {
@@ -152,17 +133,11 @@ class Relaxation {
     if (!(sum > 0.0)) return;
     wish /= sum;
     const Spot spot = spots_[at(v)];
-    const Vector3 place = place_[at(v)];
-    const int before = turned_around(v);
     double share = 1.0;
     for (int tries = 0; tries < 4; ++tries, share *= 0.5) {
-      const Vector3 way = share * kOver * (wish - place);
-      spots_[at(v)] = along_line ? slide_along(spot, way) : slide(surface_, lines_, spot, way);
-      place_[at(v)] = position(surface_, spots_[at(v)]);
-      if (turned_around(v) <= before) return;
+      const Vector3 way = share * kOver * (wish - place_[at(v)]);
+      if (put(v, along_line ? slide_along(spot, way) : slide(surface_, lines_, spot, way))) return;
     }
-    spots_[at(v)] = spot;
-    place_[at(v)] = place;
   }
 
   // Corners that are free to the vertices of the surface that quads miss most, such as tips: of
@@ -185,7 +160,9 @@ class Relaxation {
       best = missed[0].distance;
       best_spots = spots_;
       if (time == kMostTimes) break;
-      std::erase_if(missed, [&](const Missed& m) { return m.distance < kMissed * side(m.quad); });
+      std::erase_if(missed, [&](const Missed& m) {
+        return m.distance < kMissed * (0.25 * sides(m.quad)).sum();
+      });
       seen.clear();
       for (const Missed& m : missed) seen.push_back(m.vertex);
       bool moved = false;
@@ -208,36 +185,39 @@ class Relaxation {
   }
 
  private:
+  // False, and the corner stays, where that would turn more corners of quads over.
+  bool put(VertexId v, const Spot& spot) {
+    const int before = turned_around(v);
+    const Spot old_spot = std::exchange(spots_[at(v)], spot);
+    const Vector3 old_place = std::exchange(place_[at(v)], position(surface_, spot));
+    if (turned_around(v) <= before) return true;
+    spots_[at(v)] = old_spot;
+    place_[at(v)] = old_place;
+    return false;
+  }
+
   // A vertex of the surface, and the quad that it is nearest to.
   struct Missed {
     double distance;
     VertexId vertex;
     Index quad;
   };
-  double side(Index q) const {
-    const Quad& quad = quads_[at(q)];
-    double sum = 0.0;
-    for (std::size_t k = 0; k < 4; ++k)
-      sum += 0.25 * (place_[at(quad[(k + 1) % 4])] - place_[at(quad[k])]).norm();
-    return sum;
+  Eigen::Array4d sides(Index q) const {
+    Eigen::Array4d length;
+    for (int k = 0; k < 4; ++k)
+      length[k] =
+          (place_[at(quads_[at(q)][at((k + 1) % 4)])] - place_[at(quads_[at(q)][at(k)])]).norm();
+    return length;
   }
   // Of the rectangle with the quad's mean sides, times four.
   double area(Index q) const {
-    std::array<double, 4> length;
-    for (std::size_t k = 0; k < 4; ++k)
-      length[k] = (place_[at(quads_[at(q)][(k + 1) % 4])] - place_[at(quads_[at(q)][k])]).norm();
+    const Eigen::Array4d length = sides(q);
     return (length[0] + length[2]) * (length[1] + length[3]);
   }
   // The farthest first.
   std::vector<Missed> missed_of(const std::vector<VertexId>& vertices,
                                 const ExecutionContext& context) const {
-    std::vector<std::array<Vector3, 3>> halves;
-    for (const Quad& quad : quads_) {
-      const auto place = [&](std::size_t k) { return place_[at(quad[k])]; };
-      halves.push_back({place(0), place(1), place(2)});
-      halves.push_back({place(0), place(2), place(3)});
-    }
-    const BoxTree tree(halves);
+    const BoxTree tree = tree_of(quads_, [&](VertexId v) { return place_[at(v)]; });
     std::vector<Missed> missed;
     for (const VertexId v : vertices) {
       if (v % 256 == 0) context.check();
@@ -256,20 +236,11 @@ class Relaxation {
     const VertexId c = *std::min_element(quad.begin(), quad.end(), [&](VertexId a, VertexId b) {
       return (place_[at(a)] - goal).squaredNorm() < (place_[at(b)] - goal).squaredNorm();
     });
-    if (freedom[at(c)] != Freedom::kFree) return false;
-    const Spot spot = spots_[at(c)];
-    const Vector3 place = place_[at(c)];
-    const int before = turned_around(c);
-    const HalfedgeId h = adjacency_.vertex_halfedge[at(missed.vertex)];
-    spots_[at(c)] = spot_on(h, 0.0);
-    place_[at(c)] = goal;
-    if (turned_around(c) <= before) {
-      freedom[at(c)] = Freedom::kHeld;
-      return true;
-    }
-    spots_[at(c)] = spot;
-    place_[at(c)] = place;
-    return false;
+    if (freedom[at(c)] != Freedom::kFree ||
+        !put(c, spot_on(adjacency_.vertex_halfedge[at(missed.vertex)], 0.0)))
+      return false;
+    freedom[at(c)] = Freedom::kHeld;
+    return true;
   }
 
   // The same along the line that the spot lies on, by what of the way goes along it; at a vertex of

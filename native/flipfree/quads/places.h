@@ -13,10 +13,7 @@
 namespace flipfree::quads {
 
 // A point of a triangle mesh: a face, and weights of its corners, not negative, of sum 1.
-struct Spot {
-  FaceId face = kInvalid;
-  Vector3 weight = Vector3::Zero();
-};
+using Spot = mesh::SurfacePoint;
 
 inline Vector3 position(const mesh::Surface& surface, const Spot& spot) {
   Vector3 p = Vector3::Zero();
@@ -31,6 +28,14 @@ inline Spot spot_on(HalfedgeId h, double share) {
   spot.weight[h % 3] = 1.0 - share;
   spot.weight[next_corner(h) % 3] = share;
   return spot;
+}
+
+// The mean of a quad's corners.
+inline Vector3 middle_of(const mesh::Surface& surface, const Quad& quad,
+                         const std::vector<Spot>& spots) {
+  Vector3 middle = Vector3::Zero();
+  for (const VertexId v : quad) middle += 0.25 * position(surface, spots[at(v)]);
+  return middle;
 }
 
 // Of every carrier its spot on the map's triangles: the place that the affine map between a coarse

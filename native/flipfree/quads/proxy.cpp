@@ -114,8 +114,7 @@ BroughtBack bring_back(const mesh::Surface& whole, const IndexPairs& features,
     freedom.push_back(on != 0 ? Freedom::kHeld : Freedom::kFree);
   relax(whole, quads, lines, freedom, kRounds, back.spots, context);
   for (const Quad& quad : quads) {
-    Vector3 middle = Vector3::Zero();
-    for (const VertexId v : quad) middle += 0.25 * position(whole, back.spots[at(v)]);
+    const Vector3 middle = middle_of(whole, quad, back.spots);
     back.quad_parent.push_back(static_cast<FaceId>(in_faces.nearest(middle).triangle));
   }
   return back;

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <span>
 #include <tuple>
 
 #include <Eigen/Geometry>
@@ -14,7 +14,7 @@ namespace flipfree::quads {
 
 namespace {
 
-// A side of a quad: side 4 q + k runs from corner k to the next one.
+// A side of a polygon of `size` corners: side `size` q + k runs from corner k to the next one.
 struct QuadSide {
   std::pair<VertexId, VertexId> ends;  // the lower one first
   Index side;
@@ -24,28 +24,39 @@ struct QuadSide {
   }
 };
 
-std::vector<QuadSide> sorted_sides(const std::vector<Quad>& quads) {
+// Calls visit(sides) for those between every two vertices, ascending. vertex_of(polygon, corner).
+template <typename VertexOf, typename Visit>
+void for_each_edge(std::size_t polygons, Index size, const VertexOf& vertex_of,
+                   const Visit& visit) {
   std::vector<QuadSide> sides;
-  for (std::size_t q = 0; q < quads.size(); ++q) {
-    for (std::size_t k = 0; k < 4; ++k) {
-      const VertexId a = quads[q][k], b = quads[q][(k + 1) % 4];
-      sides.push_back({std::minmax(a, b), static_cast<Index>(4 * q + k), a < b});
+  for (std::size_t q = 0; q < polygons; ++q) {
+    for (Index k = 0; k < size; ++k) {
+      const VertexId a = vertex_of(q, k), b = vertex_of(q, (k + 1) % size);
+      sides.push_back({std::minmax(a, b), size * static_cast<Index>(q) + k, a < b});
     }
   }
   std::sort(sides.begin(), sides.end());
-  return sides;
+  for (std::size_t i = 0, next = 0; i < sides.size(); i = next) {
+    while (next < sides.size() && sides[next].ends == sides[i].ends) ++next;
+    visit(std::span<const QuadSide>(sides).subspan(i, next - i));
+  }
 }
+template <typename Visit>
+void for_each_edge(const std::vector<Quad>& quads, const Visit& visit) {
+  for_each_edge(
+      quads.size(), 4, [&](std::size_t q, Index k) { return quads[q][at(k)]; }, visit);
+}
+
+Index next_side(Index side) { return side % 4 == 3 ? side - 3 : side + 1; }
 
 // Per side the one of the neighbour, kInvalid on the border. Precondition: no defects.
 std::vector<Index> mates_of(const std::vector<Quad>& quads) {
   std::vector<Index> mate(4 * quads.size(), kInvalid);
-  const std::vector<QuadSide> sides = sorted_sides(quads);
-  for (std::size_t i = 0; i + 1 < sides.size(); ++i) {
-    const QuadSide &a = sides[i], &b = sides[i + 1];
-    if (a.ends != b.ends) continue;
-    mate[at(a.side)] = b.side;
-    mate[at(b.side)] = a.side;
-  }
+  for_each_edge(quads, [&](std::span<const QuadSide> edge) {
+    if (edge.size() < 2) return;
+    mate[at(edge[0].side)] = edge[1].side;
+    mate[at(edge[1].side)] = edge[0].side;
+  });
   return mate;
 }
 
@@ -54,26 +65,21 @@ struct Counts {
   bool operator==(const Counts&) const = default;
 };
 
-// Of polygons of `size` corners each: corner c's next one is its polygon's.
+// Of polygons, as for_each_edge() takes them.
 template <typename VertexOf>
 Counts counted(std::size_t polygons, Index size, Index vertices, const VertexOf& vertex_of) {
   DisjointSets parts(vertices), rims(vertices);
-  std::map<std::pair<VertexId, VertexId>, int> edges;
-  std::vector<char> used(at(vertices), 0);
-  for (std::size_t f = 0; f < polygons; ++f) {
-    for (Index k = 0; k < size; ++k) {
-      const VertexId a = vertex_of(f, k), b = vertex_of(f, (k + 1) % size);
-      used[at(a)] = 1;
-      parts.join(a, b);
-      ++edges[{std::min(a, b), std::max(a, b)}];
-    }
-  }
-  std::vector<char> rim(at(vertices), 0);
-  for (const auto& [ends, faces] : edges) {
-    if (faces != 1) continue;
-    rims.join(ends.first, ends.second);
-    rim[at(ends.first)] = rim[at(ends.second)] = 1;
-  }
+  std::vector<char> used(at(vertices), 0), rim(at(vertices), 0);
+  Index edges = 0;
+  for_each_edge(polygons, size, vertex_of, [&](std::span<const QuadSide> edge) {
+    const auto [a, b] = edge[0].ends;
+    ++edges;
+    used[at(a)] = used[at(b)] = 1;
+    parts.join(a, b);
+    if (edge.size() > 1) return;
+    rims.join(a, b);
+    rim[at(a)] = rim[at(b)] = 1;
+  });
   Counts counts;
   Index points = 0;
   for (VertexId v = 0; v < vertices; ++v) {
@@ -81,7 +87,7 @@ Counts counted(std::size_t polygons, Index size, Index vertices, const VertexOf&
     counts.components += used[at(v)] != 0 && parts.find(v) == v ? 1 : 0;
     counts.borders += rim[at(v)] != 0 && rims.find(v) == v ? 1 : 0;
   }
-  const Index euler = points - static_cast<Index>(edges.size()) + static_cast<Index>(polygons);
+  const Index euler = points - edges + static_cast<Index>(polygons);
   counts.genus = (2 * counts.components - counts.borders - euler) / 2;
   return counts;
 }
@@ -89,18 +95,17 @@ Counts counted(std::size_t polygons, Index size, Index vertices, const VertexOf&
 // Chains of edges: joined at vertices of four quads, and along the border at those of two.
 Index count_loops(const std::vector<Quad>& quads, const std::vector<Index>& mate,
                   const std::vector<Index>& around, const std::vector<char>& rim) {
-  const auto next = [](Index side) { return side % 4 == 3 ? side - 3 : side + 1; };
   DisjointSets chains(static_cast<Index>(mate.size()));
   for (Index s = 0; at(s) < mate.size(); ++s) {
     if (mate[at(s)] != kInvalid) chains.join(s, mate[at(s)]);
     // At the corner where s ends.
-    const VertexId v = quads[at(next(s) / 4)][at(next(s) % 4)];
+    const VertexId v = quads[at(next_side(s) / 4)][at(next_side(s) % 4)];
     if (rim[at(v)] == 0 && around[at(v)] == 4) {
       // The next side's neighbour, its next side: straight on.
-      const Index m = mate[at(next(s))];
-      chains.join(s, next(m));
+      const Index m = mate[at(next_side(s))];
+      chains.join(s, next_side(m));
     } else if (rim[at(v)] != 0 && around[at(v)] == 2 && mate[at(s)] == kInvalid) {
-      chains.join(s, next(mate[at(next(s))]));
+      chains.join(s, next_side(mate[at(next_side(s))]));
     }
   }
   Index count = 0;
@@ -125,10 +130,9 @@ void add_middles(std::vector<std::pair<VertexId, VertexId>> sides, const Points3
   for (const auto& [a, b] : sides) points.emplace_back(0.5 * (vertices.row(a) + vertices.row(b)));
 }
 
-void measure_distances(const QuadRequest& request, const ExecutionContext& context,
-                       QuadCertificate& c) {
-  const mesh::Surface& surface = *request.surface;
-  std::vector<std::array<Vector3, 3>> of_surface, of_quads;
+void measure_distances(const mesh::Surface& surface, const QuadArrays& mesh,
+                       const ExecutionContext& context, QuadCertificate& c) {
+  std::vector<std::array<Vector3, 3>> of_surface;
   std::vector<Vector3> on_surface, on_quads;
   // What faces share is sampled once.
   std::vector<std::pair<VertexId, VertexId>> sides;
@@ -146,25 +150,21 @@ void measure_distances(const QuadRequest& request, const ExecutionContext& conte
   }
   add_middles(std::move(sides), surface.vertices, on_surface);
   sides = {};
-  for (Eigen::Index v = 0; v < request.vertices->rows(); ++v)
-    on_quads.emplace_back(request.vertices->row(v));
-  for (const Quad& quad : *request.quads) {
-    std::array<Vector3, 4> p;
-    for (std::size_t k = 0; k < 4; ++k) {
-      p[k] = request.vertices->row(quad[k]);
-      sides.push_back(std::minmax(quad[k], quad[(k + 1) % 4]));
-    }
-    of_quads.push_back({p[0], p[1], p[2]});
-    of_quads.push_back({p[0], p[2], p[3]});
-    on_quads.emplace_back(0.25 * (p[0] + p[1] + p[2] + p[3]));
+  for (Eigen::Index v = 0; v < mesh.vertices.rows(); ++v)
+    on_quads.emplace_back(mesh.vertices.row(v));
+  const auto place = [&](VertexId v) -> Vector3 { return mesh.vertices.row(v); };
+  for (const Quad& quad : mesh.quads) {
+    for (std::size_t k = 0; k < 4; ++k) sides.push_back(std::minmax(quad[k], quad[(k + 1) % 4]));
+    on_quads.emplace_back(0.25 *
+                          (place(quad[0]) + place(quad[1]) + place(quad[2]) + place(quad[3])));
   }
-  add_middles(std::move(sides), *request.vertices, on_quads);
+  add_middles(std::move(sides), mesh.vertices, on_quads);
   Eigen::AlignedBox3d box;
   for (const auto& t : of_surface)
     for (const Vector3& p : t) box.extend(p);
   const double diagonal = box.diagonal().norm();
   c.to_surface = farthest(BoxTree(of_surface), on_quads, context) / diagonal;
-  c.to_quads = farthest(BoxTree(of_quads), on_surface, context) / diagonal;
+  c.to_quads = farthest(tree_of(mesh.quads, place), on_surface, context) / diagonal;
 }
 
 std::string several(std::size_t n, const std::string& one, const std::string& many) {
@@ -178,16 +178,15 @@ void note(std::size_t n, const std::string& one, const std::string& many, const 
 }
 
 // Vertices that do not lie where their face and weights say, by more than rounding.
-std::size_t misplaced(const QuadRequest& request) {
-  const mesh::Surface& surface = *request.surface;
+std::size_t misplaced(const mesh::Surface& surface, const QuadArrays& mesh) {
   const double size = surface.vertices.cwiseAbs().maxCoeff();
   std::size_t count = 0;
-  for (VertexId v = 0; v < static_cast<VertexId>(request.vertices->rows()); ++v) {
-    const FaceId f = (*request.parent_face)[at(v)];
+  for (VertexId v = 0; v < static_cast<VertexId>(mesh.vertices.rows()); ++v) {
+    const FaceId f = mesh.parent_face[at(v)];
     Vector3 p = Vector3::Zero();
-    const Vector3 weight = request.barycentric->row(v);
+    const Vector3 weight = mesh.barycentric.row(v);
     for (int k = 0; k < 3; ++k) p += weight[k] * Vector3(surface.vertices.row(surface.faces(f, k)));
-    const double off = (p - Vector3(request.vertices->row(v))).norm();
+    const double off = (p - Vector3(mesh.vertices.row(v))).norm();
     if (!(weight.minCoeff() >= 0.0) || !(std::abs(weight.sum() - 1.0) < 1e-9) ||
         !(off <= 1e-9 * size))
       ++count;
@@ -212,67 +211,51 @@ std::vector<std::string> quad_defects(const std::vector<Quad>& quads, Index vert
   }
   std::vector<std::string> defects;
   note(twice, "quad uses", "quads use", " a vertex twice", defects);
-  const std::vector<QuadSide> sides = sorted_sides(quads);
   std::size_t doubled = 0;
-  for (std::size_t i = 0; i < sides.size();) {
-    std::size_t j = i;
-    int forth = 0;
-    for (; j < sides.size() && sides[j].ends == sides[i].ends; ++j) forth += sides[j].forth ? 1 : 0;
-    const std::size_t faces = j - i;
-    if (faces > 2 || (faces == 2 && forth != 1)) ++doubled;
-    i = j;
-  }
+  for_each_edge(quads, [&](std::span<const QuadSide> edge) {
+    if (edge.size() > 2 || (edge.size() == 2 && edge[0].forth == edge[1].forth)) ++doubled;
+  });
   note(doubled, "pair of vertices is", "pairs of vertices are", " joined by more than one edge",
        defects);
   if (!defects.empty()) return defects;
-  // One fan of quads around every vertex: as many as one meets by going round.
+  // One fan of quads around every vertex: its corners are joined across sides.
   const std::vector<Index> mate = mates_of(quads);
-  std::vector<Index> corners(at(vertices), 0), met(at(vertices), 0);
-  for (const Quad& q : quads)
-    for (const VertexId v : q) ++corners[at(v)];
-  std::vector<char> begun(at(vertices), 0);
-  // A fan begins at the side that leaves along the border, if there is one.
-  for (const bool border : {true, false}) {
-    for (Index s = 0; at(s) < mate.size(); ++s) {
-      const VertexId v = quads[at(s / 4)][at(s % 4)];
-      if (begun[at(v)] != 0 || (mate[at(s)] != kInvalid && border)) continue;
-      begun[at(v)] = 1;
-      Index side = s;
-      do {
-        ++met[at(v)];
-        side = mate[at(side % 4 == 0 ? side + 3 : side - 1)];
-      } while (side != kInvalid && side != s);
-    }
+  DisjointSets fans(static_cast<Index>(mate.size()));
+  for (Index s = 0; at(s) < mate.size(); ++s)
+    if (mate[at(s)] != kInvalid) fans.join(s, next_side(mate[at(s)]));
+  std::vector<Index> fan(at(vertices), kInvalid);
+  std::vector<char> is_pinched(at(vertices), 0);
+  for (Index s = 0; at(s) < mate.size(); ++s) {
+    const std::size_t v = at(quads[at(s / 4)][at(s % 4)]);
+    if (fan[v] == kInvalid) fan[v] = fans.find(s);
+    if (fan[v] != fans.find(s)) is_pinched[v] = 1;
   }
-  std::size_t pinched = 0;
-  for (std::size_t v = 0; v < corners.size(); ++v) pinched += corners[v] != met[v] ? 1 : 0;
+  const auto pinched = at(std::count(is_pinched.begin(), is_pinched.end(), 1));
   note(pinched, "vertex has", "vertices have", " more than one fan of quads", defects);
   return defects;
 }
 
 std::vector<std::pair<VertexId, VertexId>> border_sides(const std::vector<Quad>& quads) {
-  const std::vector<QuadSide> sides = sorted_sides(quads);
   std::vector<std::pair<VertexId, VertexId>> alone;
-  for (std::size_t i = 0; i < sides.size(); ++i) {
-    const bool shared = (i > 0 && sides[i - 1].ends == sides[i].ends) ||
-                        (i + 1 < sides.size() && sides[i + 1].ends == sides[i].ends);
-    if (!shared) alone.push_back(sides[i].ends);
-  }
+  for_each_edge(quads, [&](std::span<const QuadSide> edge) {
+    if (edge.size() == 1) alone.push_back(edge[0].ends);
+  });
   return alone;
 }
 
-QuadCertificate certify_quads(const QuadRequest& request, const ExecutionContext& context) {
-  const std::vector<Quad>& quads = *request.quads;
-  const auto vertices = static_cast<Index>(request.vertices->rows());
-  const mesh::Surface& surface = *request.surface;
+QuadCertificate certify_quads(const mesh::Surface& surface, const QuadArrays& mesh,
+                              const std::vector<Index>* expected, std::int64_t count,
+                              const ExecutionContext& context) {
+  const std::vector<Quad>& quads = mesh.quads;
+  const auto vertices = static_cast<Index>(mesh.vertices.rows());
   QuadCertificate c;
   c.vertices = vertices;
   c.quads = static_cast<Index>(quads.size());
   c.failures = quad_defects(quads, vertices);
-  if (request.count >= 0 && request.count != static_cast<std::int64_t>(quads.size()))
+  if (count >= 0 && count != static_cast<std::int64_t>(quads.size()))
     c.failures.push_back("there are " + std::to_string(quads.size()) +
-                         " quads, but the area of the map is " + std::to_string(request.count));
-  note(misplaced(request), "vertex does", "vertices do",
+                         " quads, but the area of the map is " + std::to_string(count));
+  note(misplaced(surface, mesh), "vertex does", "vertices do",
        " not lie where its parent face and weights say", c.failures);
   context.check();
   std::vector<Index> around(at(vertices), 0);
@@ -302,20 +285,19 @@ QuadCertificate certify_quads(const QuadRequest& request, const ExecutionContext
     }
     c.edge_loops = count_loops(quads, mate, around, rim);
   }
-  if (request.around != nullptr) {
+  if (expected != nullptr) {
     std::size_t wrong = 0;
-    for (std::size_t v = 0; v < around.size(); ++v)
-      wrong += around[v] != (*request.around)[v] ? 1 : 0;
+    for (std::size_t v = 0; v < around.size(); ++v) wrong += around[v] != (*expected)[v] ? 1 : 0;
     note(wrong, "vertex has", "vertices have",
          " another number of quads than the map has quarter turns there", c.failures);
   }
   for (std::size_t q = 0; q < quads.size(); ++q) {
-    const auto p = [&](std::size_t k) { return Vector3(request.vertices->row(quads[q][k])); };
-    const Vector3 normal = surface.area_vector((*request.quad_parent)[q]);
+    const auto p = [&](std::size_t k) { return Vector3(mesh.vertices.row(quads[q][k])); };
+    const Vector3 normal = surface.area_vector(mesh.quad_parent[q]);
     if (!((p(2) - p(0)).cross(p(3) - p(1)).dot(normal) > 0.0))
       c.turned.push_back(static_cast<Index>(q));
   }
-  if (!quads.empty()) measure_distances(request, context, c);
+  if (!quads.empty()) measure_distances(surface, mesh, context, c);
   c.ok = c.failures.empty();
   return c;
 }

@@ -38,16 +38,13 @@ struct QuadCertificate {
   std::vector<std::string> failures;
 };
 
-struct QuadRequest {
-  const mesh::Surface* surface = nullptr;  // the input
-  const Points3* vertices = nullptr;
-  const std::vector<Quad>* quads = nullptr;
-  const std::vector<FaceId>* parent_face = nullptr;  // per vertex, with its weights
-  const Points3* barycentric = nullptr;
-  const std::vector<FaceId>* quad_parent = nullptr;
-  // How many quads each vertex should have, and how many there should be in all; none: not judged.
-  const std::vector<Index>* around = nullptr;
-  std::int64_t count = -1;
+// A quad mesh on a surface.
+struct QuadArrays {
+  Points3 vertices;  // #v x 3, on the surface
+  std::vector<Quad> quads;
+  std::vector<FaceId> parent_face;  // per vertex: the input's face that holds it
+  Points3 barycentric;              // #v x 3: weights in that face
+  std::vector<FaceId> quad_parent;  // per quad: the input's face at its middle
 };
 
 // What is wrong with the quads as a surface of its own, in words: quads that use a vertex twice,
@@ -58,7 +55,10 @@ std::vector<std::string> quad_defects(const std::vector<Quad>& quads, Index vert
 // The sides that only one quad has, the lower vertex first, ascending. Cost: as quad_defects().
 std::vector<std::pair<VertexId, VertexId>> border_sides(const std::vector<Quad>& quads);
 
-// Throws Cancelled, TimeIsOver.
-QuadCertificate certify_quads(const QuadRequest& request, const ExecutionContext& context);
+// `around`: how many quads each vertex should have, `count`: how many there should be in all; null
+// and -1: not judged. Throws Cancelled, TimeIsOver.
+QuadCertificate certify_quads(const mesh::Surface& surface, const QuadArrays& mesh,
+                              const std::vector<Index>* around, std::int64_t count,
+                              const ExecutionContext& context);
 
 }  // namespace flipfree::quads

@@ -208,8 +208,7 @@ std::vector<Freedom> freedom_of(const mesh::Surface& surface, const mesh::EdgeFl
 // over the surface; of these ways, which part at creases, the one that ends nearest.
 FaceId face_at_middle(const mesh::Surface& surface, const Quad& quad,
                       const std::vector<Spot>& spots, const Spot& centre) {
-  Vector3 middle = Vector3::Zero();
-  for (const VertexId v : quad) middle += 0.25 * position(surface, spots[at(v)]);
+  const Vector3 middle = middle_of(surface, quad, spots);
   FaceId nearest = kInvalid;
   double least = 0.0;
   for (std::size_t k = 0; k <= 4; ++k) {
@@ -248,12 +247,10 @@ void set_corners(const mesh::Surface& surface, const std::vector<Spot>& spots, Q
   }
 }
 
-// `around` and `count` as of QuadRequest.
+// `around` and `count` as certify_quads() takes them.
 void certify(const mesh::Surface& surface, const std::vector<Index>* around, std::int64_t count,
              QuadMesh& mesh, const ExecutionContext& context) {
-  mesh.certificate = certify_quads({&surface, &mesh.vertices, &mesh.quads, &mesh.parent_face,
-                                    &mesh.barycentric, &mesh.quad_parent, around, count},
-                                   context);
+  mesh.certificate = certify_quads(surface, mesh, around, count, context);
   if (!mesh.certificate.ok)
     throw_not_converged(ErrorCode::kCertificateFailed,
                         "The quads fail their certificate: " + mesh.certificate.failures[0] +

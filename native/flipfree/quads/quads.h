@@ -38,12 +38,7 @@ struct QuadOptions {
   bool with_map = false;  // QuadMesh::map as well
 };
 
-struct QuadMesh {
-  Points3 vertices;                 // #v x 3, on the surface
-  std::vector<Quad> quads;          // counter-clockwise
-  std::vector<FaceId> parent_face;  // per vertex: the input's face that holds it
-  Points3 barycentric;              // #v x 3: weights in that face
-  std::vector<FaceId> quad_parent;  // per quad: the input's face at its middle
+struct QuadMesh : QuadArrays {
   // The integer map: quads, before they were relaxed, are its unit cells. Only where it was asked
   // for, and only if 32 bits hold it (transfer.h).
   std::optional<certify::Parametrization> map;

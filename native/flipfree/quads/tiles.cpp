@@ -140,24 +140,17 @@ class TurnedSeams {
   // The faces on the left of a closed curve, without those on its right; none if it does not part
   // them.
   std::vector<FaceId> left_of(const std::vector<HalfedgeId>& curve) const {
-    std::vector<char> barrier(turn_.size(), 0), inside(turn_.size() / 3, 0);
-    std::vector<FaceId> faces;
-    const auto add = [&](FaceId f) {
-      if (inside[at(f)] == 0) faces.push_back(f);
-      inside[at(f)] = 1;
-    };
-    for (const HalfedgeId h : curve) {
-      barrier[at(h)] = barrier[at(adjacency_.opposite[at(h)])] = 1;
-      add(h / 3);
-    }
-    for (std::size_t i = 0; i < faces.size(); ++i) {
-      for (HalfedgeId h = 3 * faces[i]; h < 3 * faces[i] + 3; ++h) {
-        const HalfedgeId o = adjacency_.opposite[at(h)];
-        if (o != kInvalid && barrier[at(h)] == 0) add(o / 3);
-      }
-    }
+    mesh::EdgeFlags barrier(turn_.size(), 0);
+    for (const HalfedgeId h : curve) barrier[at(h)] = barrier[at(adjacency_.opposite[at(h)])] = 1;
+    const mesh::Components parts = mesh::components_between(adjacency_, barrier);
+    std::vector<char> inside(at(parts.count), 0);
+    const auto is_inside = [&](FaceId f) -> char& { return inside[at(parts.of_face[at(f)])]; };
+    for (const HalfedgeId h : curve) is_inside(h / 3) = 1;
     for (const HalfedgeId h : curve)
-      if (inside[at(adjacency_.opposite[at(h)] / 3)] != 0) return {};
+      if (is_inside(adjacency_.opposite[at(h)] / 3) != 0) return {};
+    std::vector<FaceId> faces;
+    for (FaceId f = 0; f < static_cast<FaceId>(faces_.rows()); ++f)
+      if (is_inside(f) != 0) faces.push_back(f);
     return faces;
   }
 
@@ -210,7 +203,7 @@ double tiles_of(const Points2& uv) {
   double twice = 0.0;
   for (Eigen::Index c = 0; c < uv.rows(); c += 3) {
     const Vector2 a = uv.row(c + 1) - uv.row(c), b = uv.row(c + 2) - uv.row(c);
-    twice += flipfree::cross(a, b);
+    twice += cross(a, b);
   }
   return 0.5 * twice;
 }

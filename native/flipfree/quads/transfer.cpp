@@ -6,7 +6,6 @@
 #include <string>
 #include <utility>
 
-#include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/error.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/certify/certified_map.h"
@@ -36,7 +35,7 @@ class Developed {
     for (HalfedgeId e = 0; e < coarse.halfedges(); ++e) depart_from_corner(e);
     for (std::size_t i = 0; i < queue_.size(); ++i) {
       if (i % 1024 == 0) context.check();
-      cross(queue_[i]);
+      trace(queue_[i]);
     }
   }
 
@@ -76,7 +75,7 @@ class Developed {
       std::vector<HalfedgeId>& between = coarse_at[at(c)];
       const auto old = [&](HalfedgeId e) { return turned(coarse_[e].edge, coarse_[e].start_turn); };
       std::sort(between.begin(), between.end(),
-                [&](HalfedgeId a, HalfedgeId b) { return quads::cross(old(a), old(b)) > 0; });
+                [&](HalfedgeId a, HalfedgeId b) { return cross(old(a), old(b)) > 0; });
       Vector2 last = first_piece(c);
       double angle = 0.0;
       const auto add = [&](const Vector2& next) {
@@ -118,11 +117,11 @@ class Developed {
     CornerId c = coarse_[e].start;
     Index turn = coarse_[e].start_turn;  // from e's chart to that of c
     Gauss way = turned(coarse_[e].edge, turn);
-    if (quads::cross(way, map_[c].edge) == 0) set(c, {e / 3, origin(coarse_, e)}, -turn);
+    if (cross(way, map_[c].edge) == 0) set(c, {e / 3, origin(coarse_, e)}, -turn);
     while (true) {
       const HalfedgeId last = previous_corner(c);
       const Gauss next = -map_[last].edge;
-      if (quads::cross(way, next) <= 0 || map_[last].opposite == kInvalid) return;
+      if (cross(way, next) <= 0 || map_[last].opposite == kInvalid) return;
       const auto [corner, more] = sector_of(coarse_, e, turned(next, -turn));
       turn += map_[last].turn;
       way = turned(way, map_[last].turn);
@@ -135,14 +134,14 @@ class Developed {
   Vector2 image(const Place& place) const {
     const std::size_t h = at(3 * place.face);
     const Gauss first = coarse_.sides[h].edge, second = first + coarse_.sides[h + 1].edge;
-    const auto area = static_cast<double>(quads::cross(first, second));
-    return static_cast<double>(quads::cross(place.at, second)) / area *
+    const auto area = static_cast<double>(cross(first, second));
+    return static_cast<double>(cross(place.at, second)) / area *
                as_vector(coarse_.sides[h].integer) +
-           static_cast<double>(quads::cross(first, place.at)) / area *
+           static_cast<double>(cross(first, place.at)) / area *
                (as_vector(coarse_.sides[h].integer) + as_vector(coarse_.sides[h + 1].integer));
   }
 
-  void cross(HalfedgeId h) {
+  void trace(HalfedgeId h) {
     const Departure from = from_[at(h)];
     Vector2 start = image(from.place);
     Index turn = from.turn;
@@ -153,11 +152,11 @@ class Developed {
       const HalfedgeId o = coarse_[out].opposite;
       const Index by = coarse_[out].turn;
       const Gauss place = origin(coarse_, out), edge = coarse_[out].edge;
-      const std::int64_t before = quads::cross(place - a, edge), all = quads::cross(b - a, edge);
+      const std::int64_t before = cross(place - a, edge), all = cross(b - a, edge);
       // Not where it begins or ends on the coarse edge.
       if (bends && before != 0 && before != all) {
         const auto area = static_cast<double>(all);
-        const double share = static_cast<double>(quads::cross(a - place, b - a)) / area;
+        const double share = static_cast<double>(cross(a - place, b - a)) / area;
         const Vector2 bend = as_vector(origin(coarse_, out, &Side::integer)) - start -
                              share * as_vector(coarse_[out].integer);
         bends_[at(h)].push_back({static_cast<double>(before) / area, turned(bend, -turn)});
@@ -346,12 +345,12 @@ std::optional<certify::Parametrization> integer_map(const certify::Parametrizati
                                                     ExecutionContext& context, Stats& stats) {
   const FlatSurface& flat = prepared.flat.surface;
   // Every component at its new scale.
-  DisjointSets parts = components(flat, prepared.quarters.size());
+  const std::vector<VertexId> part = components(flat, prepared.quarters.size());
   std::vector<double> old_area(prepared.quarters.size(), 0.0), new_area = old_area;
   for (FaceId f = 0; f < chosen.faces(); ++f) {
-    const std::size_t part = at(parts.find(chosen[3 * f].source));
-    old_area[part] += static_cast<double>(chosen.twice_area(f));
-    new_area[part] += static_cast<double>(chosen.twice_area(f, &Side::integer));
+    const std::size_t n = at(part[at(chosen[3 * f].source)]);
+    old_area[n] += static_cast<double>(chosen.twice_area(f));
+    new_area[n] += static_cast<double>(chosen.twice_area(f, &Side::integer));
   }
   const mesh::Adjacency& adjacency = map.surface.adjacency();
   const Points2 given = map.uv32.cast<double>();
@@ -367,8 +366,8 @@ std::optional<certify::Parametrization> integer_map(const certify::Parametrizati
   const std::vector<HalfedgeId> corner = leaving(chosen, prepared.quarters.size());
   for (std::size_t v = 0; v < corner.size(); ++v) from.held[v] = corner[v] != kInvalid ? 1 : 0;
   for (HalfedgeId h = 0; h < flat.halfedges(); ++h) {
-    const std::size_t part = at(parts.find(flat[h].source));
-    from.uv.row(h) *= std::sqrt(new_area[part] / old_area[part]) / prepared.flat.unit;
+    const std::size_t n = at(part[at(flat[h].source)]);
+    from.uv.row(h) *= std::sqrt(new_area[n] / old_area[n]) / prepared.flat.unit;
   }
   const distortion::CutMap cut = cut_of(from.surface, from.cuts, from.uv, from.aligned, from.lines);
   const Developed developed(flat, chosen, context);
@@ -418,17 +417,17 @@ std::optional<certify::Parametrization> rounded_map(const certify::Parametrizati
   // Cones, and of components without them one vertex.
   const std::vector<Index> quarters =
       quarters_around(flat.surface, at(map.surface.vertices.rows()));
-  DisjointSets parts = components(flat.surface, quarters.size());
+  const std::vector<VertexId> part = components(flat.surface, quarters.size());
   const std::vector<HalfedgeId> first = leaving(flat.surface, quarters.size());
   std::vector<char> has_cone(quarters.size(), 0), held(at(cut.uv.rows()), 0);
   const auto is_cone = [&](VertexId v) {
     return flat.surface[first[at(v)]].opposite != kInvalid && quarters[at(v)] != 4;
   };
   for (VertexId v = 0; at(v) < quarters.size(); ++v)
-    if (first[at(v)] != kInvalid && is_cone(v)) has_cone[at(parts.find(v))] = 1;
+    if (first[at(v)] != kInvalid && is_cone(v)) has_cone[at(part[at(v)])] = 1;
   for (HalfedgeId h = 0; h < flat.surface.halfedges(); ++h) {
     const VertexId v = flat.surface[h].source;
-    char& known = has_cone[at(parts.find(v))];
+    char& known = has_cone[at(part[at(v)])];
     if (is_cone(v) || known == 0) held[at(mesh::source(cut.surface.faces, h))] = 1;
     known = 1;
   }

@@ -89,15 +89,11 @@ TEST(Coarse, IsTheSameSurfaceOnItsConesAndCorners) {
 }
 
 // The quads of a cube, each with the face of a surface that lies in it.
-struct Cube {
+struct Cube : QuadArrays {
   mesh::Surface surface;
-  Points3 vertices;
-  std::vector<Quad> quads = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
-                             {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
-  std::vector<FaceId> parent_face, quad_parent;
-  Points3 barycentric;
 
   Cube() {
+    quads = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
     vertices.resize(8, 3);
     for (VertexId v = 0; v < 8; ++v) vertices.row(v) << v % 2, v / 2 % 2, v / 4;
     surface.vertices = vertices;
@@ -122,9 +118,7 @@ struct Cube {
   }
   QuadCertificate judged(std::int64_t count = 6) const {
     const std::vector<Index> around(8, 3);
-    QuadRequest request{&surface,     &vertices,    &quads,  &parent_face,
-                        &barycentric, &quad_parent, &around, count};
-    return certify_quads(request, ExecutionContext());
+    return certify_quads(surface, *this, &around, count, ExecutionContext());
   }
 };
 
