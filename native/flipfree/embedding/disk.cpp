@@ -213,6 +213,15 @@ void require_convex(const Points2& p, const std::vector<VertexId>& loop) {
   }
 }
 
+void require_vertices(const std::vector<VertexId>& loop, Index vertex_count) {
+  for (const VertexId v : loop) {
+    if (v >= 0 && v < vertex_count) continue;
+    throw_invalid(ErrorCode::kIndexOutOfRange,
+                  "The boundary loop names vertex " + vertex_id(v) +
+                      ", which does not exist. List vertices of the mesh.");
+  }
+}
+
 void require_disk(const Disk& disk) {
   const auto& loop = disk.loop;
   if (static_cast<Eigen::Index>(loop.size()) != disk.boundary.rows()) {
@@ -221,12 +230,7 @@ void require_disk(const Disk& disk) {
                       std::to_string(disk.boundary.rows()) +
                       " positions were given. Give one position per vertex.");
   }
-  for (const VertexId v : loop) {
-    if (v >= 0 && v < disk.vertex_count) continue;
-    throw_invalid(ErrorCode::kIndexOutOfRange,
-                  "The boundary loop names vertex " + vertex_id(v) +
-                      ", which does not exist. List vertices of the mesh.");
-  }
+  require_vertices(loop, disk.vertex_count);
   const std::vector<Index> place = places_in(loop, disk.vertex_count);
   for (std::size_t i = 0; i < loop.size(); ++i) {
     if (at(place[at(loop[i])]) == i) continue;

@@ -54,6 +54,9 @@ struct Disk {
   const Points2& boundary;            // #loop x 2
 };
 
+// Throws InvalidInput (kIndexOutOfRange) unless there are such vertices.
+void require_vertices(const std::vector<VertexId>& loop, Index vertex_count);
+
 // Throws InvalidInput unless the faces are a disk with this boundary, which has one position per
 // vertex of the loop. Cost: O(#F).
 void require_disk(const Disk& disk);

@@ -112,12 +112,7 @@ Boundary placed_boundary(const mesh::Surface& surface, const EmbedSurfaceOptions
   const std::vector<VertexId> own =
       mesh::boundary_loops(surface.faces, surface.adjacency()).front();
   boundary.loop = options.loop.empty() ? own : options.loop;
-  for (const VertexId v : boundary.loop) {
-    if (v >= 0 && v < static_cast<Index>(surface.vertices.rows())) continue;
-    throw_invalid(ErrorCode::kIndexOutOfRange,
-                  "The boundary loop names vertex " + vertex_id(v) +
-                      ", which does not exist. List vertices of the mesh.");
-  }
+  require_vertices(boundary.loop, static_cast<Index>(surface.vertices.rows()));
   const bool turned = orient_loop(boundary.loop, own);
   if (options.polygon) {
     boundary.positions = *options.polygon;

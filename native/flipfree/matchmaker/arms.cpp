@@ -28,11 +28,10 @@ namespace {
 // (at b) is drawn in to a hub around c, whose side faces the targets; from there a straight arm
 // leads to each of them, and the boundary (t) goes around its pin.
 
-// The pins as they are seen from a point of the disk.
+// The pins as they are seen from a point of the disk: in which direction, ascending.
 struct StarView {
   Vector2 centre = Vector2::Zero();
-  std::vector<std::size_t> order;  // of the pins, counter-clockwise
-  std::vector<double> angle;       // in this order, ascending
+  std::vector<std::pair<double, std::size_t>> pins;
 };
 
 // A boundary vertex that is to mark the end of an arm's share lies within this part of the gap
@@ -165,14 +164,9 @@ constexpr double kLeastHubHeight = 0.5;
 constexpr double kTip = 0.5;
 
 StarView view_from(const Vector2& centre, const std::vector<Vector2>& pins) {
-  std::vector<std::pair<double, std::size_t>> seen;
-  for (std::size_t i = 0; i < pins.size(); ++i) seen.emplace_back(angle_of(pins[i] - centre), i);
-  std::sort(seen.begin(), seen.end());
-  StarView view{centre, {}, {}};
-  for (const auto& [angle, i] : seen) {
-    view.angle.push_back(angle);
-    view.order.push_back(i);
-  }
+  StarView view{centre, {}};
+  for (const Vector2& p : pins) view.pins.emplace_back(angle_of(p - centre), view.pins.size());
+  std::ranges::sort(view.pins);
   return view;
 }
 
@@ -184,7 +178,7 @@ struct Side {
 
 // The side on which arms climb or fall least.
 Side best_side(const StarView& view, const Constraints& constraints) {
-  const std::size_t n = view.order.size();
+  const std::size_t n = view.pins.size();
   Side best;
   double least = std::numeric_limits<double>::infinity();
   std::vector<double> height(n);
@@ -192,7 +186,8 @@ Side best_side(const StarView& view, const Constraints& constraints) {
     const double angle = kTurn * d / kDirections;
     const Vector2 right(std::cos(angle), std::sin(angle));
     const Vector2 up(-right.y(), right.x());
-    for (std::size_t i = 0; i < n; ++i) height[i] = up.dot(constraints.pins[view.order[i]].uv);
+    for (std::size_t i = 0; i < n; ++i)
+      height[i] = up.dot(constraints.pins[view.pins[i].second].uv);
     const auto [low, high] = std::minmax_element(height.begin(), height.end());
     const double step = (*high - *low) / static_cast<double>(n);
     for (std::size_t first = 0; first < n; ++first) {
@@ -217,7 +212,7 @@ class Star {
 
   // False if doubles do not tell its points apart.
   bool build() {
-    const std::size_t n = view_.order.size();
+    const std::size_t n = view_.pins.size();
     const Side side = best_side(view_, constraints_);
     right_ = side.right;
     up_ = {-right_.y(), right_.x()};
@@ -229,7 +224,7 @@ class Star {
     const double hub = box.min().x() - kDistance * extent;
     step_ = height / static_cast<double>(n);
 
-    const auto pin_angle = [&](std::size_t k) { return view_.angle[(side.first + k) % n]; };
+    const auto pin_angle = [&](std::size_t k) { return view_.pins[(side.first + k) % n].first; };
     std::vector<VertexId> notch(n + 1, kInvalid);
     for (std::size_t k = 1; k < n; ++k)
       notch[k] = shore_.between(pin_angle(k - 1), turn_from(pin_angle(k - 1), pin_angle(k)));
@@ -246,7 +241,7 @@ class Star {
       foot.push_back(add(notch[k], disk(notch[k]), {hub, middle + step_ * up}));
     }
     for (std::size_t k = 0; k < n; ++k) {
-      const PinnedVertex& pin = constraints_.pins[view_.order[(side.first + k) % n]];
+      const PinnedVertex& pin = constraints_.pins[view_.pins[(side.first + k) % n].second];
       if (!add_arm(centre, foot[k], foot[k + 1], pin)) return false;
     }
     return add_fan(centre, foot[n], foot[0], 0.5 * height);
@@ -383,7 +378,8 @@ std::vector<StarView> star_views(const std::vector<Vector2>& pins) {
   for (int x = 0; x < kCentres; ++x) {
     for (int y = 0; y < kCentres; ++y) {
       StarView view = view_from({place(x), place(y)}, pins);
-      if (std::ranges::adjacent_find(view.angle) == view.angle.end())
+      const auto direction = [](const auto& pin) { return pin.first; };
+      if (std::ranges::adjacent_find(view.pins, {}, direction) == view.pins.end())
         views.push_back(std::move(view));
     }
   }

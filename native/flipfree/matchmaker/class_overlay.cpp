@@ -363,7 +363,7 @@ void simplify_plane_map(PlaneMap& plane, Index held, ExecutionContext& context) 
     simplify_one_way(plane.faces, plane.before, plane.after, held, context);
     simplify_one_way(plane.faces, plane.after, plane.before, held, context);
   }
-  plane.vertex.resize(at(plane.before.rows()));
+  plane.vertex.assign(at(plane.before.rows()), kInvalid);
 }
 
 // Corners of the ring, at first, and at most, where pins lie near the boundary.
@@ -537,7 +537,6 @@ std::optional<PlaneMap> coarse_map(mesh::RefinedMap map, Index held, ExecutionCo
   }
   const mesh::Surface fine = to_surface(map.surface);
   PlaneMap plane{fine.faces, fine.vertices.leftCols(2), map.uv, {}};
-  plane.vertex.assign(at(map.uv.rows()), kInvalid);
   simplify_plane_map(plane, held, context);
   const mesh::Surface before = flat_surface(plane.faces, plane.before);
   map = {mesh::make_refined_surface(before), plane.after};

@@ -170,7 +170,7 @@ constexpr std::size_t kFolds = 40;
 // Of a resisting triangle, edges at least this long against its longest are split.
 constexpr double kLong = 0.9;
 constexpr int kStepsAfterRefining = 8;
-constexpr std::int64_t kMostFrames = 1000;
+constexpr int kMostFrames = 1000;
 // Newton steps for the first frame.
 constexpr int kFirstSteps = 100;
 
@@ -194,9 +194,9 @@ class OutlineMover {
   bool run(Index added_limit) {
     const Index vertex_limit = map_.surface.mesh.vertex_count() + added_limit;
     double stride = 1.0;
-    while (time_ < 1) {
+    for (int frame = 0; time_ < 1; ++frame) {
       context_.report("moving to the outline", time_);
-      if (++frames_ > kMostFrames) return false;
+      if (frame == kMostFrames) return false;
       std::int64_t effort = 0;
       if (step(stride, effort)) {
         stride = std::min(1.0, 1.5 * stride);
@@ -307,7 +307,6 @@ class OutlineMover {
   EdgeSet uncut_;
   std::vector<VertexId> held_;
   double time_ = 0;
-  std::int64_t frames_ = 0;
 };
 
 // The surface with its boundary on a convex outline, the pins anywhere: flip-free, distortion

@@ -56,8 +56,9 @@ struct SheetTarget {
 
 // The outline's triangulation by its corners alone, of the disk that the paths choose if there are
 // any, and for every inner pin the sheet it lies on: the only one there is, the one its path leads
-// to, or the one that a line leads to from a pin or the boundary. Errors as full_target()
-// (outline_target.h); a line that leaves the disk is Infeasible (kContradictoryPins).
+// to, or the one that a line leads to from a pin or the boundary. Errors as full_target(), which
+// also refuses what meets on one sheet; a line that leaves the disk is Infeasible
+// (kContradictoryPins).
 SheetTarget sheet_target(const mesh::RefinedSurface& surface, const Constraints& constraints,
                          const ExecutionContext& context);
 

@@ -36,26 +36,6 @@ std::optional<std::pair<Index, Index>> first_conflict(const Polygon& polygon) {
   return std::minmax(found[0][0], found[0][1]);
 }
 
-int locate_in_polygon(const Polygon& polygon, const Vector2& point) {
-  const std::size_t n = polygon.size();
-  bool inside = false;
-  for (std::size_t i = 0; i < n; ++i) {
-    const Vector2& a = polygon[i];
-    const Vector2& b = polygon[(i + 1) % n];
-    if (point == a) return 0;
-    if (std::min(a.y(), b.y()) > point.y() || std::max(a.y(), b.y()) < point.y()) continue;
-    const int side = numeric::orientation(a, b, point);
-    if (side == 0) {
-      if (std::min(a.x(), b.x()) <= point.x() && point.x() <= std::max(a.x(), b.x())) return 0;
-      continue;
-    }
-    // Half-open in y, so that a corner on the ray is counted once.
-    if ((a.y() <= point.y()) != (b.y() <= point.y()) && (side > 0) == (b.y() > a.y()))
-      inside = !inside;
-  }
-  return inside ? 1 : -1;
-}
-
 Vector3 barycentric(const Vector2& a, const Vector2& b, const Vector2& c, const Vector2& point) {
   const double area = twice_area(a, b, c);
   const double at_b = twice_area(a, point, c) / area;
@@ -157,8 +137,8 @@ class Reader {
     }
     check_outline();
     check_distinct();
-    check_lines();
     check_inside();
+    check_lines();
     return std::move(result_);
   }
 
@@ -434,30 +414,6 @@ class Reader {
         {a, b, c, d});
   }
 
-  // Lines meet each other and pins in shared vertices only.
-  void check_lines() const {
-    if (!result_.simple_outline) return;  // they may cross on different sheets
-    const auto& edges = result_.edges;
-    for (std::size_t i = 0; i < edges.size(); ++i) {
-      const Vector2& a = target(edges[i].first);
-      const Vector2& b = target(edges[i].second);
-      for (std::size_t j = 0; j < i; ++j) {
-        if (!numeric::segments_conflict(a, b, target(edges[j].first), target(edges[j].second)))
-          continue;
-        refuse_meeting(edges[i], edges[j], "the one through",
-                       ". Lines of the mesh that do not meet may not meet in the map.");
-      }
-      for (const PinnedVertex& p : result_.pins) {
-        if (!numeric::segments_conflict(a, b, p.uv, p.uv)) continue;
-        contradict("Vertex " + vertex_id(p.vertex) + " is pinned onto the line through vertices " +
-                       vertex_id(edges[i].first) + ", " + vertex_id(edges[i].second) +
-                       ". Move it off the line.",
-                   {"segments meet", {{"segments", numbers_of({a, b, p.uv, p.uv})}}},
-                   {p.vertex, edges[i].first, edges[i].second});
-      }
-    }
-  }
-
   void check_inside() const {
     if (result_.free_boundary() || !result_.simple_outline) return;
     for (const PinnedVertex& p : result_.pins) {
@@ -468,16 +424,36 @@ class Reader {
           {"outside", {{"place", numbers_of({p.uv})}, {"polygon", numbers_of(result_.outline)}}},
           {p.vertex});
     }
+  }
+
+  // Lines meet each other, pins and the outline in shared vertices only.
+  void check_lines() const {
+    if (!result_.simple_outline) return;  // they may cross on different sheets
+    const auto& edges = result_.edges;
     const std::size_t n = result_.outline.size();
-    for (const auto& [a, b] : result_.edges) {
-      for (std::size_t i = 0; i < n; ++i) {
-        if (!numeric::segments_conflict(target(a), target(b), result_.outline[i],
-                                        result_.outline[(i + 1) % n]))
-          continue;
-        const VertexId c = surface_.boundary[i];
-        const VertexId d = surface_.boundary[(i + 1) % n];
-        if ((a == c && b == d) || (a == d && b == c)) continue;
-        refuse_meeting({a, b}, {c, d}, "the boundary's targets at", ".");
+    for (std::size_t i = 0; i < edges.size(); ++i) {
+      const auto& [a, b] = edges[i];
+      const auto meets = [&](const Vector2& p, const Vector2& q) {
+        return numeric::segments_conflict(target(edges[i].first), target(edges[i].second), p, q);
+      };
+      for (std::size_t j = 0; j < i; ++j) {
+        if (meets(target(edges[j].first), target(edges[j].second)))
+          refuse_meeting(edges[i], edges[j], "the one through",
+                         ". Lines of the mesh that do not meet may not meet in the map.");
+      }
+      for (const PinnedVertex& p : result_.pins) {
+        if (!meets(p.uv, p.uv)) continue;
+        contradict(
+            "Vertex " + vertex_id(p.vertex) + " is pinned onto the line through vertices " +
+                vertex_id(a) + ", " + vertex_id(b) + ". Move it off the line.",
+            {"segments meet", {{"segments", numbers_of({target(a), target(b), p.uv, p.uv})}}},
+            {p.vertex, a, b});
+      }
+      for (std::size_t k = 0; k < n; ++k) {
+        const Edge side(surface_.boundary[k], surface_.boundary[(k + 1) % n]);
+        const bool along = edges[i] == side || edges[i] == Edge(side.second, side.first);
+        if (!along && meets(result_.outline[k], result_.outline[(k + 1) % n]))
+          refuse_meeting(edges[i], side, "the boundary's targets at", ".");
       }
     }
   }

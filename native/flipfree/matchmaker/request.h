@@ -23,7 +23,8 @@ bool is_locally_convex(const Polygon& polygon);
 // polygon is simple exactly if there are none. Cost: O(n + pairs of edges near each other).
 std::optional<std::pair<Index, Index>> first_conflict(const Polygon& polygon);
 
-// Where a point lies: 1 strictly inside, 0 on the polygon, -1 outside (even-odd rule). Cost: O(n).
+// Where a point lies: 1 strictly inside, 0 on the polygon, -1 outside. Exact. Precondition: the
+// polygon is simple. Cost: O(n). Defined in target_domain.cpp, with what else is CGAL's.
 int locate_in_polygon(const Polygon& polygon, const Vector2& point);
 
 // The weights of a point by the corners of a triangle that has an area. They sum to one.

@@ -2,6 +2,7 @@
 
 #include <CGAL/Constrained_Delaunay_triangulation_2.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Polygon_2_algorithms.h>
 #include <CGAL/Triangulation_vertex_base_with_info_2.h>
 
 #include <algorithm>
@@ -74,6 +75,13 @@ TargetDomain triangulate_embedded(const Polygon& outline, std::span<const Vector
   Index mark = TargetDomain::kFixedEdge;
   for (const auto& [a, b] : fixed_edges) domain.fix(a, b, ++mark);
   return domain;
+}
+
+int locate_in_polygon(const Polygon& polygon, const Vector2& point) {
+  std::vector<Kernel::Point_2> corners;
+  for (const Vector2& p : polygon) corners.emplace_back(p.x(), p.y());
+  return CGAL::bounded_side_2(corners.begin(), corners.end(), Kernel::Point_2(point.x(), point.y()),
+                              Kernel());
 }
 
 namespace {
