@@ -60,9 +60,6 @@ class Unwrapping {
     lap("seconds_validate");
     uncuttable_ = flags_of(surface_, options_.uncuttable);
     make_charts(seams);
-    lap("seconds_islands");
-    if (!options_.seams.find) flatten();
-    pins_ = pins_by_chart(islands_, options_.pins);
     lap("seconds_flatten");
     const PlacedCharts placed = place();
     const Grace finishing(context_);
@@ -80,10 +77,6 @@ class Unwrapping {
     watch_.restart();
   }
 
-  double seconds_to_flatten() const {
-    return seconds_to_search(context_.seconds_left(), static_cast<Index>(surface_.faces.rows()));
-  }
-
   void check_options() {
     stats_["time_limit_reached"] = std::int64_t{0};
     if (options_.place_like) require_corners(surface_, *options_.place_like);
@@ -97,28 +90,27 @@ class Unwrapping {
   // Where seams are found, charts come with their maps.
   void make_charts(const mesh::EdgeFlags& seams) {
     context_.report("cutting into charts", 0.02);
+    const TimeLimit limit(context_, seconds_to_search(context_.seconds_left(),
+                                                      static_cast<Index>(surface_.faces.rows())));
     if (options_.seams.find) {
       const ProgressRange range(context_, 0.05, 0.92);
-      const TimeLimit limit(context_, seconds_to_flatten());
       AutoIslands found =
           find_islands(working_, surface_, seams, uncuttable_, options_, context_, stats_);
       uv_ = std::move(found.uv);
       islands_ = std::move(found.islands);
+      lap("seconds_islands");
     } else {
-      const ProgressRange range(context_, 0.02, 0.05);
       islands_ = make_islands(working_, seams, uncuttable_, context_,
                               {.pinned = pinned_vertices(surface_, options_.pins)});
       if (options_.cut_extremities && options_.pins.empty())
         slit_to_extremities(islands_, working_, uncuttable_, context_);
+      lap("seconds_islands");
+      const ProgressRange range(context_, 0.05, 0.92);
+      uv_ = flatten_islands(islands_, working_, uncuttable_, pins_by_chart(islands_, options_.pins),
+                            options_, context_, stats_);
     }
     pins_ = pins_by_chart(islands_, options_.pins);
     stats_["opened_charts"] = static_cast<std::int64_t>(islands_.opened);
-  }
-
-  void flatten() {
-    const ProgressRange range(context_, 0.05, 0.92);
-    const TimeLimit limit(context_, seconds_to_flatten());
-    uv_ = flatten_islands(islands_, working_, uncuttable_, pins_, options_, context_, stats_);
   }
 
   // Charts that cannot be stored are halved, and again.
@@ -233,9 +225,10 @@ class Unwrapping {
   std::vector<Points2> uv_;  // by chart
 };
 
-// A mesh that is no clean surface: by way of one (mesh/separated).
-certify::Parametrization unwrap_separated(const mesh::Surface& surface,
-                                          const UnwrapOptions& options, ExecutionContext& context) {
+// A mesh that is no clean surface by way of one (mesh/separated).
+certify::Parametrization unwrap_any(const mesh::Surface& surface, const UnwrapOptions& options,
+                                    ExecutionContext& context) {
+  if (certify::is_clean(surface, context)) return Unwrapping(surface, options, context).run();
   const certify::SeparatedMap separated(surface, separating(options), context);
   UnwrapOptions own = on_separated(separated, options);
   if (options.place_like) {
@@ -250,12 +243,6 @@ certify::Parametrization unwrap_separated(const mesh::Surface& surface,
   map.stats["max_energy"] = map.certificate.max_energy;
   certify::require_certificate(map, "The unwrap");
   return map;
-}
-
-certify::Parametrization unwrap_any(const mesh::Surface& surface, const UnwrapOptions& options,
-                                    ExecutionContext& context) {
-  return certify::is_clean(surface, context) ? Unwrapping(surface, options, context).run()
-                                             : unwrap_separated(surface, options, context);
 }
 
 }  // namespace

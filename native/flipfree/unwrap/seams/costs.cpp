@@ -172,21 +172,16 @@ constexpr double kSharpness = 4.0;
 // Pixels in a unit of length.
 double unit_of(int side) { return 0.5 * side / std::numbers::sqrt3; }
 
-struct Frame {
-  Vector3 right;
-  Vector3 up;
-  Vector3 away;
-};
-
-// Evenly distributed: points of a spiral from pole to pole (Fibonacci lattice).
-Frame frame_of(int direction) {
+// To the right, up and away. Evenly distributed: points of a spiral from pole to pole (Fibonacci
+// lattice).
+Eigen::Matrix3d frame_of(int direction) {
   const double z = 1.0 - (2.0 * direction + 1.0) / kDirections;
   const double turn = direction * std::numbers::pi * (3.0 - std::sqrt(5.0));
   const double r = std::sqrt(1.0 - z * z);
-  Frame frame;
-  frame.away = {r * std::cos(turn), r * std::sin(turn), z};
-  frame.right = frame.away.unitOrthogonal();
-  frame.up = frame.away.cross(frame.right);
+  const Vector3 away(r * std::cos(turn), r * std::sin(turn), z);
+  const Vector3 right = away.unitOrthogonal();
+  Eigen::Matrix3d frame;
+  frame << right, away.cross(right), away;
   return frame;
 }
 
@@ -202,17 +197,16 @@ Points3 in_own_unit(const Points3& positions, const Triangles& faces) {
 }
 
 // Which face is in front at each pixel of a picture.
-std::vector<FaceId> picture_of(const Points3& places, const Triangles& faces, const Frame& frame,
-                               int side, const ExecutionContext& context) {
+std::vector<FaceId> picture_of(const Points3& places, const Triangles& faces,
+                               const Eigen::Matrix3d& frame, int side,
+                               const ExecutionContext& context) {
   constexpr FaceId kFacesPerCheck = 1 << 14;
   std::vector<double> depth(at(side * side), std::numeric_limits<double>::infinity());
   std::vector<FaceId> nearest(depth.size(), kInvalid);
   // The cube of side two around the origin fits whatever the direction.
   const double unit = unit_of(side);
-  Points3 drawn(places.rows(), 3);
-  drawn.col(0) = (unit * (places * frame.right)).array() + 0.5 * side;
-  drawn.col(1) = (unit * (places * frame.up)).array() + 0.5 * side;
-  drawn.col(2) = places * frame.away;
+  Points3 drawn = places * frame;
+  drawn.leftCols(2) = (unit * drawn.leftCols(2)).array() + 0.5 * side;
   // Calls visit() for the pixels whose centres lie between.
   const auto for_pixels = [&](double low, double high, auto visit) {
     const int last = std::min(static_cast<int>(std::floor(high - 0.5)), side - 1);

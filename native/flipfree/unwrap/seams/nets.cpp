@@ -77,10 +77,6 @@ constexpr double kStraightOutline = 0.25;
 constexpr double kStraightBevelled = 0.19;
 // Of a part that has bevels so much is flat (of made things a half or more, of scans a quarter).
 constexpr double kBevelled = 0.48;
-// How deep a net that is no island of its own may lie in another that it hangs on, in roots of its
-// area: steps of so much, so many of them.
-constexpr double kDepth = 0.05;
-constexpr int kDepths = 8;
 // Directions of outlines are counted modulo a quarter turn in so many bins.
 constexpr int kBins = 180;
 // Cells of the grid in which overlaps are looked for, to a part's extent: so many times the root of
@@ -386,37 +382,47 @@ class Nets {
   }
 
   bool is_joined(HalfedgeId h) const { return is_joined_[at(h)] != 0; }
-  double area_of(Index net) const {
-    double sum = 0.0;
-    for (const FaceId f : members_[at(net)]) sum += part_.areas[at(f)];
-    return sum;
-  }
-
-  // The share of the outlines' length along their crosses, in the mean by area; 1 where there is
-  // no plane.
-  double straightness() {
-    double sum = 0.0;
-    for (std::size_t net = 0; net < members_.size(); ++net) {
-      if (members_[net].empty()) continue;
+  // Are most of the part in few nets, with outlines along their crosses (in the mean by area)?
+  bool are_hard() const {
+    double counted = 0.0;
+    double straight = 0.0;
+    for (Index net = 0; net < static_cast<Index>(members_.size()); ++net) {
+      if (members_[at(net)].empty()) continue;
+      const double area = area_of(net);
+      if (area >= kNet * part_.area) counted += area;
       Bins bins(kBins, 0.0);
-      add_outline(static_cast<Index>(net), {}, bins);
-      sum += along(bins, cross_of(bins)) / length_of(bins) * area_of(static_cast<Index>(net));
+      add_outline(net, {}, bins);
+      straight += along_cross(bins) / length_of(bins) * area;
     }
-    return sum / part_.area;
+    return counted >= kHardNets * part_.area && straight / part_.area >= kHardOutlines;
   }
 
   // Joins the two sides of an edge if they lie on each other, or their nets fit together.
   void join(HalfedgeId h, const Rules& rules) {
     if (is_joined(h)) return;
     if (++tried_ % 64 == 0) context_.check();
-    const HalfedgeId o = opposite(h);
-    const Index a = net_at(h);
-    const Index b = net_at(o);
-    if (a == b) {
+    if (net_at(h) == net_at(opposite(h))) {
       if (gap(h) <= kMeets * part_.size()) mark(h);
       return;
     }
-    join_nets(members_[at(a)].size() < members_[at(b)].size() ? o : h, rules);
+    if (members_[at(net_at(h))].size() < members_[at(net_at(opposite(h)))].size()) h = opposite(h);
+    const Index a = net_at(h);
+    const Index b = net_at(opposite(h));
+    const Similarity m = motion({h});
+    if (rules.cross && is_longer(a, b, m)) return;
+    if (overlaps(a, b, m, kOverlaps * part_.size())) return;
+    if (rules.cross) {
+      const Bins& first = outline(a);
+      const Bins& second = outline(b);
+      Bins whole = first;
+      add_outline(b, m, whole);
+      const double length = length_of(first) + length_of(second);
+      if (along_cross(whole) < along_cross(first) + along_cross(second) - kCrossLost * length)
+        return;
+      // A disk hangs on no rectangle.
+      if (rules.straight && is_straight(first) != is_straight(second)) return;
+    }
+    take(h, m, a, b);
   }
 
   // Whatever comes to lie on what; nets between which there are several of these edges lie in their
@@ -442,8 +448,8 @@ class Nets {
     }
   }
 
-  // Nets that are too small to stand alone go to a neighbour, the longest edges first where there
-  // is room; cracks that this leaves are closed where they are narrow.
+  // Nets that are too small to stand alone go to a neighbour, across their longest edges; cracks
+  // that this leaves are closed where they are narrow.
   void gather_slivers() {
     const double least = kSliver * part_.area;
     std::vector<std::pair<double, Index>> small;
@@ -456,7 +462,7 @@ class Nets {
       // It may have grown since.
       if (members_[at(net)].empty() || area_of(net) >= least) continue;
       context_.check();
-      const HalfedgeId h = best_border(net);
+      const HalfedgeId h = longest_border(net);
       if (h == kInvalid) continue;
       const std::vector<FaceId> moved = members_[at(net)];
       const Index into = net_at(h);
@@ -472,6 +478,11 @@ class Nets {
   }
 
  private:
+  double area_of(Index net) const {
+    double sum = 0.0;
+    for (const FaceId f : members_[at(net)]) sum += part_.areas[at(f)];
+    return sum;
+  }
   HalfedgeId opposite(HalfedgeId h) const { return part_.opposite[at(h)]; }
   Index net_at(HalfedgeId h) const { return net_[at(h / 3)]; }
   Vector2 from(HalfedgeId h) const { return at_[at(h / 3)][at(h % 3)]; }
@@ -585,19 +596,17 @@ class Nets {
     }
     return bins;
   }
-  // The cross along which most of it runs: its middle bin.
-  static int cross_of(const Bins& bins) {
-    int best = 0;
-    for (int i = 1; i < kBins; ++i)
-      if (along(bins, i) > along(bins, best)) best = i;
-    return best;
-  }
-  static double along(const Bins& bins, int i) {
-    return bins[at((i + kBins - 1) % kBins)] + bins[at(i)] + bins[at((i + 1) % kBins)];
+  // Of its length as much as runs along one cross.
+  static double along_cross(const Bins& bins) {
+    double most = 0.0;
+    for (int i = 0; i < kBins; ++i)
+      most = std::max(most,
+                      bins[at((i + kBins - 1) % kBins)] + bins[at(i)] + bins[at((i + 1) % kBins)]);
+    return most;
   }
   bool is_straight(const Bins& bins) const {
     const double least = part_.bevelled ? kStraightBevelled : kStraightOutline;
-    return along(bins, cross_of(bins)) >= least * length_of(bins);
+    return along_cross(bins) >= least * length_of(bins);
   }
   static double length_of(const Bins& bins) {
     return std::accumulate(bins.begin(), bins.end(), 0.0);
@@ -613,26 +622,6 @@ class Nets {
       for (const Vector2& p : at_[at(f)]) whole.add(m(p));
     }
     return whole.length() > most;
-  }
-
-  void join_nets(HalfedgeId h, const Rules& rules) {
-    const Index a = net_at(h);
-    const Index b = net_at(opposite(h));
-    const Similarity m = motion({h});
-    if (rules.cross && is_longer(a, b, m)) return;
-    if (overlaps(a, b, m, kOverlaps * part_.size())) return;
-    if (rules.cross) {
-      const Bins& first = outline(a);
-      const Bins& second = outline(b);
-      Bins whole = first;
-      add_outline(b, m, whole);
-      const double before = along(first, cross_of(first)) + along(second, cross_of(second));
-      const double length = length_of(first) + length_of(second);
-      if (along(whole, cross_of(whole)) < before - kCrossLost * length) return;
-      // A disk hangs on no rectangle.
-      if (rules.straight && is_straight(first) != is_straight(second)) return;
-    }
-    take(h, m, a, b);
   }
 
   // Net b becomes part of a.
@@ -651,22 +640,15 @@ class Nets {
     if (!bins_[at(a)].empty()) add_side(side(h), -2.0, bins_[at(a)]);
   }
 
-  // Of a net's outline towards others the best edge to join it by, seen from there.
-  HalfedgeId best_border(Index net) const {
+  // Of a net's outline towards others the longest edge, seen from there.
+  HalfedgeId longest_border(Index net) const {
     HalfedgeId best = kInvalid;
-    std::pair<int, double> most(-1, 0.0);
-    const double size = std::sqrt(area_of(net));
+    double most = 0.0;
     for (const FaceId f : members_[at(net)]) {
       for (HalfedgeId g = 3 * f; g < 3 * f + 3; ++g) {
         const HalfedgeId o = opposite(g);
-        if (o == kInvalid || is_joined(g) || net_at(o) == net) continue;
-        // The least overlap, then the longest edge.
-        int depth = 0;
-        const auto care = [&] { return std::max(kOverlaps * part_.size(), depth * kDepth * size); };
-        while (depth < kDepths && overlaps(net_at(o), net, motion({o}), care())) ++depth;
-        const std::pair<int, double> own(kDepths - depth, side(g).norm());
-        if (!(own > most)) continue;
-        most = own;
+        if (o == kInvalid || is_joined(g) || net_at(o) == net || !(side(g).norm() > most)) continue;
+        most = side(g).norm();
         best = o;
       }
     }
@@ -715,12 +697,7 @@ mesh::EdgeFlags seams_of(const MadePart& part, double longest,
       nets.join(hinge.h, {hinge.angle >= kFlatAngle, hinge.angle >= kBendAngle});
   }
   nets.gather_slivers();
-  double counted = 0.0;
-  for (FaceId net = 0; net < part.faces.rows(); ++net) {
-    const double area = nets.area_of(net);
-    if (area >= kNet * part.area) counted += area;
-  }
-  if (counted < kHardNets * part.area || nets.straightness() < kHardOutlines) return {};
+  if (!nets.are_hard()) return {};
   mesh::EdgeFlags flags(part.opposite.size(), 0);
   for (const Hinge& hinge : part.hinges) {
     if (!nets.is_joined(hinge.h)) flags[at(hinge.h)] = flags[at(part.opposite[at(hinge.h)])] = 1;
