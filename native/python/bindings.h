@@ -115,35 +115,29 @@ struct type_caster<std::vector<flipfree::certify::CornerPin>> {
   }
 };
 
-// (directions, rotation, quarters), each of which may be empty.
-template <>
-struct type_caster<flipfree::field::GivenField> {
-  PYBIND11_TYPE_CASTER(flipfree::field::GivenField, const_name("tuple"));
+// Tuples of members.
+template <typename Struct, auto... kMembers>
+struct TupleCaster {
+  PYBIND11_TYPE_CASTER(Struct, const_name("tuple"));
 
   bool load(handle source, bool) {
-    std::tie(value.directions, value.rotation, value.quarters) = source.cast<
-        std::tuple<flipfree::Points3, std::vector<double>, std::vector<flipfree::Index>>>();
+    std::tie(value.*kMembers...) =
+        source.cast<std::tuple<std::decay_t<decltype(std::declval<Struct>().*kMembers)>...>>();
     return true;
   }
-  static handle cast(const flipfree::field::GivenField& field, return_value_policy, handle) {
-    return pybind11::make_tuple(field.directions, field.rotation, field.quarters).release();
+  static handle cast(const Struct& whole, return_value_policy, handle) {
+    return pybind11::make_tuple(whole.*kMembers...).release();
   }
 };
-
-// (half-edges, quarter turns).
+template <>  // each of which may be empty
+struct type_caster<flipfree::field::GivenField>
+    : TupleCaster<flipfree::field::GivenField, &flipfree::field::GivenField::directions,
+                  &flipfree::field::GivenField::rotation, &flipfree::field::GivenField::quarters> {
+};
 template <>
-struct type_caster<flipfree::intrinsic::LoopTurn> {
-  PYBIND11_TYPE_CASTER(flipfree::intrinsic::LoopTurn, const_name("tuple"));
-
-  bool load(handle source, bool) {
-    auto [loop, turns] = source.cast<std::pair<std::vector<flipfree::Index>, flipfree::Index>>();
-    value = {std::move(loop), turns};
-    return true;
-  }
-  static handle cast(const flipfree::intrinsic::LoopTurn& turn, return_value_policy, handle) {
-    return pybind11::make_tuple(turn.loop, turn.quarter_turns).release();
-  }
-};
+struct type_caster<flipfree::intrinsic::LoopTurn>
+    : TupleCaster<flipfree::intrinsic::LoopTurn, &flipfree::intrinsic::LoopTurn::loop,
+                  &flipfree::intrinsic::LoopTurn::quarter_turns> {};
 
 // What only goes to Python.
 struct ResultCaster {

@@ -175,14 +175,6 @@ matchmaker::MatchRequest read_request(OptionReader& read) {
   return request;
 }
 
-// What conformal metric and map are of.
-struct Metric {
-  std::vector<double> target_angles;
-  std::optional<Points3> lengths;
-
-  const Points3* own_lengths() const { return lengths ? &*lengths : nullptr; }
-};
-
 conformal::ConformalMapOptions read_map(OptionReader& read) {
   conformal::ConformalMapOptions options;
   FLIPFREE_EACH(read, options, cuts, uncuttable, refinement)
@@ -414,18 +406,20 @@ PYBIND11_MODULE(_native, module) {
                                    place_like)));
 
   // Conformal metrics and maps, and the angles for them.
-  const auto read_metric = FLIPFREE_READER(Metric, target_angles, lengths);
-  const auto metric = [](const auto& surface, const Metric& of, const auto& options,
-                         auto& context) {
-    return conformal::compute_refined_metric(surface, of.own_lengths(), of.target_angles,
-                                             options.metric, options.refined_start, context)
+  const auto lengths = option<std::optional<Points3>>("lengths");
+  const auto angles = option<std::vector<double>>("target_angles");
+  const auto metric = [](const auto& surface, const auto& own, const auto& target,
+                         const auto& options, auto& context) {
+    return conformal::compute_refined_metric(surface, own ? &*own : nullptr, target, options.metric,
+                                             options.refined_start, context)
         .metric;
   };
-  def_job(module, "conformal_metric", prepared(metric, read_metric, read_map));
-  const auto map = [](const auto& surface, const Metric& of, const auto& options, auto& context) {
-    return conformal::conformal_map(surface, of.own_lengths(), of.target_angles, options, context);
+  def_job(module, "conformal_metric", prepared(metric, lengths, angles, read_map));
+  const auto map = [](const auto& surface, const auto& own, const auto& target, const auto& options,
+                      auto& context) {
+    return conformal::conformal_map(surface, own ? &*own : nullptr, target, options, context);
   };
-  def_job(module, "conformal", prepared(map, read_metric, read_map));
+  def_job(module, "conformal", prepared(map, lengths, angles, read_map));
   const auto suggest = [](const auto& surface, const auto& options, auto& context) {
     const conformal::SuggestedCones found = conformal::suggest_cones(surface, options, context);
     return std::tuple(found.target_angles, found.cones, found.scale_ratio, found.bound_holds);
