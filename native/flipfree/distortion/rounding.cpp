@@ -380,9 +380,7 @@ void open_crowd(const Triangles& faces, const std::vector<char>& marked, std::ve
   const auto system = system_of ? system_of(part, held) : nullptr;
   // Something keeps the place and the unit.
   if (!system && minimize.fixed.empty()) minimize.fixed.push_back(part(0, 0));
-  uv = Minimizer(part, equilateral_rest_shapes(chosen.size()), nullptr, uv, minimize, context,
-                 system.get())
-           .run()
+  uv = descend({part, equilateral_rest_shapes(chosen.size()), uv, system.get()}, minimize, context)
            .uv;
 }
 
@@ -409,7 +407,6 @@ RepairedPoints round_and_repair(const Triangles& faces, const PointRules& rules,
     std::vector<char> wider = region;
     grow(faces, rules.leader, wider);
     const bool everything = wider == region;
-    ++out.opened;
     try {
       open(region, everything, wide);
     } catch (const NotConverged&) {

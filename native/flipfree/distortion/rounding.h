@@ -55,7 +55,6 @@ struct RepairedPoints {
   Points2 points;
   std::vector<char> moved;  // per vertex: is not at its nearest point
   Index folded = 0;         // triangles that plain rounding folds
-  Index opened = 0;         // times that a region was opened
 };
 
 // `wide` (#V x 2) is flip-free, and does not meet its boundary if the rules ask for it. Single

@@ -9,14 +9,11 @@
 #include "flipfree/base/parallel.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/distortion/energy/energy.h"
-#include "flipfree/distortion/energy/foldover_free.h"
 #include "flipfree/distortion/minimize/minimizer.h"
 
 namespace flipfree::distortion {
 namespace {
 
-using foldover_free::chi;
-using foldover_free::determinant;
 using foldover_free::Vector4;
 
 // Share of the mean weight that no triangle falls below: small triangles must unfold as well.
@@ -37,84 +34,91 @@ double area_of(const Triangles& faces, const Points2& uv) {
   return area;
 }
 
+double chi(double d, double epsilon) {
+  const double root = std::sqrt(d * d + epsilon * epsilon);
+  // The difference cancels for negative d; the quotient does not.
+  return d > 0 ? 0.5 * (d + root) : 0.5 * epsilon * epsilon / (root - d);
+}
+
+double determinant(const Vector4& j) { return j[0] * j[3] - j[1] * j[2]; }
+
+// Without its determinant, which jacobian() takes for positive.
+Vector4 jacobian_of(const RestTriangle& rest, const Triangles& faces, std::size_t f,
+                    const Points2& uv) {
+  const auto v = faces.row(static_cast<FaceId>(f));
+  const Vector2 p = uv.row(v[1]) - uv.row(v[0]), q = uv.row(v[2]) - uv.row(v[0]);
+  const auto& g = rest.gradient;
+  return {p.x() * g[0][0] + q.x() * g[1][0], p.x() * g[0][1] + q.x() * g[1][1],
+          p.y() * g[0][0] + q.y() * g[1][0], p.y() * g[0][1] + q.y() * g[1][1]};
+}
+
+// Every face's rest shape, at the scale at which all of them have the target area.
+std::vector<RestTriangle> rest_of(const mesh::Surface& surface, const UntangleOptions& options,
+                                  double target_area) {
+  std::vector<RestTriangle> rest;
+  double total = 0;
+  for (FaceId f = 0; f < surface.faces.rows(); ++f) {
+    std::array<Vector3, 3> point = surface.corners(f);
+    for (std::size_t k = 0; k < 3 && options.shapes != nullptr; ++k)
+      point[k] << (*options.shapes)[at(f)][k], 0.0;
+    rest.push_back(unfold(point, options.least_height));
+    rest.back().weight = 0.5 / rest.back().determinant;  // the area, as it is raised
+    total += rest.back().weight;
+  }
+  const double scale = std::sqrt(total / target_area);
+  const auto count = static_cast<double>(rest.size());
+  for (std::size_t f = 0; f < rest.size(); ++f) {
+    rest[f] = scaled(rest[f], scale);
+    rest[f].weight = std::max(rest[f].weight / (total / count), kLeastAreaWeight) / count;
+    if (options.weights != nullptr) rest[f].weight *= (*options.weights)[f];
+  }
+  return rest;
+}
+
 }  // namespace
 
 Untangler::Untangler(const mesh::Surface& surface, const std::vector<char>& fixed,
                      ExecutionContext& context)
     : surface_(surface), system_(surface.faces, fixed, {}, context) {}
 
-void Untangler::build_rest(const UntangleOptions& options, double target_area) {
-  const auto count = at(surface_.faces.rows());
-  rest_.resize(count);
-  double total = 0;
-  for (std::size_t f = 0; f < count; ++f) {
-    std::array<Vector3, 3> point = surface_.corners(static_cast<FaceId>(f));
-    for (std::size_t k = 0; k < 3 && options.shapes != nullptr; ++k)
-      point[k] << (*options.shapes)[f][k], 0.0;
-    rest_[f] = unfold(point, options.least_height);
-    rest_[f].weight = 0.5 / rest_[f].determinant;  // the area, as it is raised
-    total += rest_[f].weight;
-  }
-  const double scale = std::sqrt(total / target_area);
-  const double mean = total / static_cast<double>(count);
-  for (std::size_t f = 0; f < count; ++f) {
-    RestTriangle& rest = rest_[f] = scaled(rest_[f], scale);
-    rest.weight = std::max(rest.weight / mean, kLeastAreaWeight) / static_cast<double>(count);
-    if (options.weights != nullptr) rest.weight *= (*options.weights)[f];
-  }
-}
-
-Untangler::Value Untangler::value_of(const Points2& uv, const UntangleOptions& options,
-                                     double epsilon, const ExecutionContext& context) const {
-  const auto guards = static_cast<std::size_t>(options.guards);
-  const auto parts =
-      parts_of(context, rest_.size(), kGrain, Value{}, [&](std::size_t f, Value& sum) {
-        const Vector4 j = foldover_free::jacobian(rest_[f], surface_.faces, f, uv);
-        const double d = determinant(j);
-        const bool guard = f < guards;
-        if (guard && !(d > 0)) {
-          sum.energy = std::numeric_limits<double>::infinity();
-          return;
-        }
-        sum.energy += rest_[f].weight * (j.squaredNorm() + options.lambda * (d * d + 1.0)) /
-                      chi(d, guard ? 0.0 : epsilon);
-        if (!guard) sum.least_determinant = std::min(sum.least_determinant, d);
-      });
-  Value value;
-  for (const Value& part : parts) {
-    value.energy += part.energy;
-    value.least_determinant = std::min(value.least_determinant, part.least_determinant);
-  }
-  return value;
-}
-
-double Untangler::find_step(const Points2& uv, const UntangleOptions& options, double epsilon,
-                            Points2& step, ExecutionContext& context) {
-  const auto guards = static_cast<std::size_t>(options.guards);
-  const auto of_face = [&](std::size_t f, double* gradient, double* hessian) {
-    const Vector4 j = foldover_free::jacobian(rest_[f], surface_.faces, f, uv);
-    Vector4 slope;
-    foldover_free::Matrix4 curvature;
-    foldover_free::derivatives(j, options.lambda, f < guards ? 0.0 : epsilon, slope, curvature);
-    corner_derivatives(rest_[f], slope, curvature, gradient, hessian);
-    return 0.0;
-  };
-  system_.assemble(of_face, context);
-  return system_.solve(step, context);
-}
-
 UntangleResult Untangler::run(const Points2& initial, const UntangleOptions& options,
                               ExecutionContext& context) {
+  const Triangles& faces = surface_.faces;
   const auto count_flips = [&](const Points2& uv) {
-    return static_cast<Index>(flipped_faces(surface_.faces, uv, context).size());
+    return static_cast<Index>(flipped_faces(faces, uv, context).size());
   };
   UntangleResult result{initial, count_flips(initial), 0};
-  if (system_.gradient().empty()) return result;
-  const Triangles guards = surface_.faces.triangles().topRows(options.guards);
-  build_rest(options,
-             options.target_area > 0 ? options.target_area : area_of(surface_.faces, initial));
+  if (system_.all_fixed()) return result;
+  const Triangles guards = faces.topRows(options.guards);
+  const std::vector<RestTriangle> rest = rest_of(
+      surface_, options, options.target_area > 0 ? options.target_area : area_of(faces, initial));
+  const auto is_guard = [&](std::size_t f) { return f < at(options.guards); };
+  struct Value {
+    double energy = 0;
+    double least_determinant = std::numeric_limits<double>::infinity();  // of unguarded faces
+  };
+  const auto value_of = [&](const Points2& uv, double epsilon) {
+    const auto parts =
+        parts_of(context, rest.size(), kGrain, Value{}, [&](std::size_t f, Value& sum) {
+          const Vector4 j = jacobian_of(rest[f], faces, f, uv);
+          const double d = determinant(j);
+          if (is_guard(f) && !(d > 0)) {
+            sum.energy = std::numeric_limits<double>::infinity();
+            return;
+          }
+          sum.energy += rest[f].weight * (j.squaredNorm() + options.lambda * (d * d + 1.0)) /
+                        chi(d, is_guard(f) ? 0.0 : epsilon);
+          if (!is_guard(f)) sum.least_determinant = std::min(sum.least_determinant, d);
+        });
+    Value value;
+    for (const Value& part : parts) {
+      value.energy += part.energy;
+      value.least_determinant = std::min(value.least_determinant, part.least_determinant);
+    }
+    return value;
+  };
 
-  double least = value_of(result.uv, options, 1.0, context).least_determinant;
+  double least = value_of(initial, 1.0).least_determinant;
   double epsilon = least > 0
                        ? options.least_epsilon
                        : std::max(options.least_epsilon, std::sqrt(1e-12 + 0.04 * least * least));
@@ -124,14 +128,24 @@ UntangleResult Untangler::run(const Points2& initial, const UntangleOptions& opt
   Points2 step, trial;
   for (; result.iterations < options.max_iterations; ++result.iterations) {
     context.check();
-    const Value before = value_of(result.uv, options, epsilon, context);
-    const Outcome<double> slope =
-        attempt([&] { return find_step(result.uv, options, epsilon, step, context); });
+    const Value before = value_of(result.uv, epsilon);
+    const auto of_face = [&](std::size_t f, double* gradient, double* hessian) {
+      Vector4 slope;
+      foldover_free::Matrix4 curvature;
+      foldover_free::derivatives(jacobian_of(rest[f], faces, f, result.uv), options.lambda,
+                                 is_guard(f) ? 0.0 : epsilon, slope, curvature);
+      corner_derivatives(rest[f], slope, curvature, gradient, hessian);
+      return 0.0;
+    };
+    const Outcome<double> slope = attempt([&] {
+      system_.assemble(of_face, context);
+      return system_.solve(step, context);
+    });
     if (!slope) return result;
     if (!(*slope < 0)) break;
     Value after = before;
     const double gone = halved_step(1.0, result.uv, step, trial, [&](double share) {
-      after = value_of(trial, options, epsilon, context);
+      after = value_of(trial, epsilon);
       return after.energy <= before.energy + kSufficientDecrease * share * *slope &&
              is_flip_free(guards, trial, context);
     });

@@ -12,8 +12,8 @@
 // J clamped) instead of L-BFGS.
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
-#include <limits>
 #include <vector>
 
 #include "flipfree/base/context.h"
@@ -21,6 +21,23 @@
 #include "flipfree/mesh/surface.h"
 
 namespace flipfree::distortion {
+
+namespace foldover_free {
+
+// J as (J00, J01, J10, J11): row = coordinate of the map, column = coordinate of the rest triangle.
+using Matrix4 = Eigen::Matrix4d;
+using Vector4 = Eigen::Vector4d;
+
+// Gradient and clamped Hessian of f with respect to J. With D the matrix of the determinant, C = D
+// J the cofactors, J = P + M its similarity and anti-similarity parts (D P = P, D M = -M), the
+// Hessian is
+//   a I + b D + p (J C' + C J') + q C C',
+// which has the eigenvalues a + b and a - b across P and M in their planes, and mixes P and M
+// alone.
+void derivatives(const Vector4& j, double lambda, double epsilon, Vector4& gradient,
+                 Matrix4& hessian);
+
+}  // namespace foldover_free
 
 struct UntangleOptions {
   int max_iterations = 200;
@@ -64,21 +81,8 @@ class Untangler {
                      ExecutionContext& context);
 
  private:
-  // Of a map.
-  struct Value {
-    double energy = 0;
-    double least_determinant = std::numeric_limits<double>::infinity();  // of unguarded faces
-  };
-  void build_rest(const UntangleOptions& options, double target_area);
-  Value value_of(const Points2& uv, const UntangleOptions& options, double epsilon,
-                 const ExecutionContext& context) const;
-  // The Newton step from uv, and the energy's slope along it.
-  double find_step(const Points2& uv, const UntangleOptions& options, double epsilon, Points2& step,
-                   ExecutionContext& context);
-
   const mesh::Surface& surface_;
   NewtonSystem system_;
-  std::vector<RestTriangle> rest_;
 };
 
 }  // namespace flipfree::distortion

@@ -6,7 +6,6 @@
 
 #include "flipfree/base/error.h"
 #include "flipfree/distortion/energy/energy.h"
-#include "flipfree/distortion/energy/foldover_free.h"
 #include "flipfree/distortion/minimize/boundary_barrier.h"
 #include "flipfree/distortion/minimize/minimize.h"
 #include "flipfree/distortion/untangle.h"

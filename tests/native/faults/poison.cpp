@@ -116,10 +116,10 @@ STEP("_ZN8flipfree7numeric14SparseCholesky9factorizeERKN5Eigen12SparseMatrixIdLi
   return real_cholesky_factorize(self, spoiled, context);
 }
 
-STEP("_ZN8flipfree10distortion12NewtonSystem8assembleERKSt6vectorINS0_12RestTriangleESaIS3_EERKN5Eigen6MatrixIdLin1ELi2ELi1ELin1ELi2EEEbRNS_16ExecutionContextE",
-     double, assemble, distortion::NewtonSystem* self, const Rest& rest, const Points2& uv,
-     bool soft, ExecutionContext& context) {
-  const double energy = real_assemble(self, rest, uv, soft, context);
+STEP("_ZN8flipfree10distortion12NewtonSystem8assembleERKSt8functionIFdmPdS3_EERNS_16ExecutionContextE",
+     double, assemble, distortion::NewtonSystem* self, const distortion::FaceEnergy& of_face,
+     ExecutionContext& context) {
+  const double energy = real_assemble(self, of_face, context);
   return poisons(kDistortionAssemble) ? kNaN : energy;
 }
 

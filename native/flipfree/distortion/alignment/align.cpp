@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <span>
 #include <string>
 
 #include "flipfree/base/failure.h"
+#include "flipfree/base/lists.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/distortion/energy/energy.h"
@@ -59,10 +59,9 @@ class Aligner {
         system_(constraints_, faces_, std::vector<char>(static_cast<std::size_t>(map.uv.rows()), 0),
                 context),
         uv_(map.uv) {
+    hold({}, 0.0);
     // At the scale at which it is nearest to an isometry, which is that of the targets.
     uv_ *= 1.0 / sum_energy(faces_, rest_, uv_, context).best_scale();
-    mild_ = rest_;
-    for (RestTriangle& r : mild_) r.weight *= options.smoothness;
     double sum = 0.0, area = 0.0;
     for (std::size_t f = 0; f < rest_.size() && !options.size.empty(); ++f) {
       sum += rest_[f].weight * options.size[f] * options.size[f];
@@ -76,22 +75,22 @@ class Aligner {
   }
 
   // A penalty from now on: half of `weight` times the square of what each feature spans across.
-  void hold(std::span<const StraightEdge> features, double weight) {
-    features_ = features;
+  void hold(const std::vector<StraightEdge>& features, double weight) {
+    features_ = Lists<StraightEdge>(rest_.size(), [&](const auto& add) {
+      for (const StraightEdge& e : features) add(e.h / 3, e);
+    });
     feature_weight_ = weight;
   }
 
   // Faces that a map turns over, or shrinks to less than a hundredth of their area.
   std::vector<FaceId> lost(const Points2& uv) const {
     constexpr double kLeast = 0.01;
-    std::vector<FaceId> found;
-    const std::vector<FaceId> flipped = flipped_faces(faces_, uv, context_);
-    for (std::size_t f = 0, i = 0; f < rest_.size(); ++f) {
+    std::vector<FaceId> found = flipped_faces(faces_, uv, context_);
+    for (std::size_t f = 0; f < rest_.size(); ++f) {
       const Jacobian j = jacobian_of(f, uv);
-      const bool turned = i < flipped.size() && at(flipped[i]) == f;
-      if (turned) ++i;
-      if (turned || !(j.a * j.d - j.b * j.c >= kLeast)) found.push_back(static_cast<FaceId>(f));
+      if (!(j.a * j.d - j.b * j.c >= kLeast)) found.push_back(static_cast<FaceId>(f));
     }
+    sort_unique(found);
     return found;
   }
 
@@ -105,25 +104,15 @@ class Aligner {
   }
 
   Points2 run(Stats& stats) {
-    const Stopwatch watch;
     stats["alignment.energy_start"] = alignment(uv_);
-    const char* stop = "iteration limit";
-    int iterations = 0;
-    const bool in_time = ended_in_time([&] {
-      const char* ended = nullptr;
-      while (iterations < options_.max_iterations && ended == nullptr) {
-        context_.report("aligning", static_cast<double>(iterations) / options_.max_iterations);
-        ended = iterate();
-        ++iterations;
+    (void)ended_in_time([&] {
+      for (int i = 0; i < options_.max_iterations; ++i) {
+        context_.report("aligning", static_cast<double>(i) / options_.max_iterations);
+        if (!iterate()) break;
       }
-      if (ended != nullptr) stop = ended;
     });
-    if (!in_time) stop = "time limit";
     const Grace finishing(context_);
     stats["alignment.energy"] = alignment(uv_);
-    stats["alignment.iterations"] = static_cast<std::int64_t>(iterations);
-    stats["alignment.stop"] = std::string(stop);
-    stats["alignment.seconds"] = watch.seconds();
     return uv_;
   }
 
@@ -138,62 +127,54 @@ class Aligner {
     });
   }
 
-  double energy(const Points2& uv) const {
-    double off = 0.0;
-    for (const StraightEdge& e : features_) {
-      const double across = vector_along(faces_, uv, e).y();
-      off += across * across;
+  // E of a face, with the penalty of its features; unless they are null also its derivatives by
+  // corners.
+  double of_face(std::size_t f, const Points2& uv, double* gradient, double* hessian) const {
+    const Jacobian j = jacobian_of(f, uv);
+    const Target& t = target_[f];
+    RestTriangle mild = rest_[f];
+    mild.weight *= options_.smoothness;
+    double energy = 0.5 * rest_[f].weight * square_off(j, t) + mild.weight * symmetric_dirichlet(j);
+    if (gradient != nullptr) {
+      double off_gradient[6];
+      double off_hessian[kHessianEntries];
+      symmetric_dirichlet_derivatives(mild, j, gradient, hessian);
+      corner_derivatives(rest_[f], {j.a - t.a, j.b - t.b, j.c - t.c, j.d - t.d},
+                         Eigen::Matrix4d::Identity(), off_gradient, off_hessian);
+      for (int i = 0; i < 6; ++i) gradient[i] += off_gradient[i];
+      for (int i = 0; i < kHessianEntries; ++i) hessian[i] += off_hessian[i];
     }
-    return alignment(uv) + sum_energy(faces_, mild_, uv, context_).value() +
-           0.5 * feature_weight_ * off;
-  }
-
-  void add_alignment() {
-    for (std::size_t f = 0; f < rest_.size(); ++f) {
-      context_.check();
-      const RestTriangle& r = rest_[f];
-      const Jacobian j = jacobian_of(f, uv_);
-      const Target& t = target_[f];
-      double gradient[6];
-      double hessian[kHessianEntries];
-      corner_derivatives(r, {j.a - t.a, j.b - t.b, j.c - t.c, j.d - t.d},
-                         Eigen::Matrix4d::Identity(), gradient, hessian);
-      system_.add_face(static_cast<FaceId>(f), gradient, hessian);
-    }
-  }
-
-  void add_features() {
-    for (const StraightEdge& e : features_) {
+    for (const StraightEdge& e : features_[static_cast<FaceId>(f)]) {
       const int a = e.h % 3, b = (a + 1) % 3;
       const Vector2 n = across_of(e.direction);
-      const double pull = feature_weight_ * vector_along(faces_, uv_, e).y();
-      double gradient[6] = {};
-      double hessian[kHessianEntries] = {};
-      gradient[2 * a] = -pull * n.x();
-      gradient[2 * a + 1] = -pull * n.y();
-      gradient[2 * b] = pull * n.x();
-      gradient[2 * b + 1] = pull * n.y();
-      // n has one component: no mixed terms.
-      for (const int k : {a, b}) {
-        hessian[3 * k] = feature_weight_ * n.x() * n.x();
-        hessian[3 * k + 2] = feature_weight_ * n.y() * n.y();
+      const double across = vector_along(faces_, uv, e).y();
+      energy += 0.5 * feature_weight_ * across * across;
+      for (int i = 0; i < 2 && gradient != nullptr; ++i) {
+        gradient[2 * a + i] -= feature_weight_ * across * n[i];
+        gradient[2 * b + i] += feature_weight_ * across * n[i];
+        // n has one component: no mixed terms.
+        for (const int k : {a, b}) hessian[3 * k + 2 * i] += feature_weight_ * n[i] * n[i];
+        hessian[9 + 4 * a + 3 * i] -= feature_weight_ * n[i] * n[i];
       }
-      hessian[9 + 4 * a] = -feature_weight_ * n.x() * n.x();
-      hessian[9 + 4 * a + 3] = -feature_weight_ * n.y() * n.y();
-      system_.add_face(e.h / 3, gradient, hessian);
     }
+    return energy;
   }
 
-  // Null, or why there is nothing more to do.
-  const char* iterate() {
-    system_.assemble(mild_, uv_, false, context_);
-    add_alignment();
-    add_features();
+  double energy(const Points2& uv) const {
+    return sum_of(context_, rest_.size(), kGrain,
+                  [&](std::size_t f) { return of_face(f, uv, nullptr, nullptr); });
+  }
+
+  // A step; false if there is nothing more to gain.
+  bool iterate() {
+    system_.assemble([&](std::size_t f, double* gradient,
+                         double* hessian) { return of_face(f, uv_, gradient, hessian); },
+                     context_);
     Points2 direction;
     const double slope = system_.solve(direction, context_);
     const double now = energy(uv_);
     // From an optimum rounding leads nowhere, in half steps until the limit.
-    if (!(slope < -kEnergyRounding * now)) return slope <= 0.0 ? "converged" : "stalled";
+    if (!(slope < -kEnergyRounding * now)) return false;
     const double most =
         std::min(1.0, kShareOfFlip * step_to_first_flip(faces_, uv_, direction, context_));
     Points2 trial;
@@ -202,9 +183,9 @@ class Aligner {
              energy(trial) <= now + kSufficientDecrease * step * slope;
     });
     const bool settled = -0.5 * slope <= options_.tolerance * now;
-    if (gone == 0) return settled ? "converged" : "stalled";
+    if (gone == 0) return false;
     uv_.swap(trial);
-    return settled && gone == 1.0 ? "converged" : nullptr;
+    return !(settled && gone == 1.0);
   }
 
   const Triangles& faces_;
@@ -212,11 +193,10 @@ class Aligner {
   ExecutionContext& context_;
   SeamConstraints constraints_;
   std::vector<RestTriangle> rest_;
-  std::vector<RestTriangle> mild_;  // weights times the smoothness
   std::vector<Target> target_;
   SeamSystem system_;
   Points2 uv_;
-  std::span<const StraightEdge> features_;
+  Lists<StraightEdge> features_;  // of each face
   double feature_weight_ = 0.0;
 };
 
@@ -244,31 +224,29 @@ std::size_t nearest(const Triangles& faces, const std::vector<StraightEdge>& fea
 std::vector<StraightEdge> kept(const Triangles& faces, const std::vector<StraightEdge>& features,
                                const Points2& uv, const std::vector<FaceId>& turned, bool all) {
   constexpr double kNear = 0.0175;
-  std::vector<StraightEdge> left;
   std::vector<double> off;
+  std::vector<char> dropped;
   std::vector<std::vector<std::size_t>> of_vertex(at(uv.rows()));
   for (std::size_t i = 0; i < features.size(); ++i) {
     const Vector2 along = vector_along(faces, uv, features[i]);
     off.push_back(std::abs(std::atan2(along.y(), along.x())));
-    if (off[i] <= kNear) left.push_back(features[i]);
+    dropped.push_back(off[i] > kNear ? 1 : 0);
     for (const VertexId v :
          {mesh::source(faces, features[i].h), mesh::target(faces, features[i].h)})
       of_vertex[at(v)].push_back(i);
   }
-  if (left.size() < features.size()) return left;
-  std::vector<char> dropped(features.size(), 0);
-  for (const FaceId f : turned) {
+  const bool all_near = std::find(dropped.begin(), dropped.end(), char{1}) == dropped.end();
+  for (std::size_t t = 0; all_near && t < turned.size(); ++t) {
     std::optional<std::size_t> worst;
     for (int k = 0; k < 3; ++k) {
-      for (const std::size_t i : of_vertex[at(faces(f, k))]) {
+      for (const std::size_t i : of_vertex[at(faces(turned[t], k))]) {
         if (!worst || off[i] > off[*worst]) worst = i;
         if (all) dropped[i] = 1;
       }
     }
-    if (!worst) worst = nearest(faces, features, uv, f);
-    dropped[*worst] = 1;
+    dropped[worst ? *worst : nearest(faces, features, uv, turned[t])] = 1;
   }
-  left.clear();
+  std::vector<StraightEdge> left;
   for (std::size_t i = 0; i < features.size(); ++i) {
     if (dropped[i] == 0) left.push_back(features[i]);
   }
@@ -334,7 +312,6 @@ FeatureAlignment align_with_features(const CutMap& map, const AlignOptions& opti
   } catch (const NotConverged&) {
     wanted.clear();  // numbers are too large for the constraints
   }
-  stats["features.rounds"] = rounds;
   if (wanted.empty()) return {without, {}};
   return {std::move(found.uv), std::move(wanted)};
 }

@@ -30,7 +30,7 @@ struct AlignOptions {
 // The map's new UVs, #V x 2 of the cut surface, which meets its seams as the given one does.
 // Where map.straight says so its boundary runs along the axes, and stays there.
 // Precondition: every triangle is positively oriented by the exact test. stats: "alignment.energy"
-// and "alignment.energy_start" (of |J - T|^2 / 2), "alignment.iterations", "alignment.stop". Ends
+// and "alignment.energy_start" (of |J - T|^2 / 2). Ends
 // early when time is over or the map is accepted. Throws InvalidInput (kFlippedMap, kBadShape),
 // NotConverged (kFactorizationFailed), Cancelled. Cost: a factorization for each step.
 Points2 align(const CutMap& map, const AlignOptions& options, ExecutionContext& context,
@@ -46,8 +46,8 @@ struct FeatureAlignment {
 // for what they are off, of growing weight, brings them near; then they become constraints like a
 // straight boundary, where that turns no triangle over and shrinks none to a hundredth. The ones
 // that stay off, and one at each such triangle, are given up and the others tried again; all where
-// time ends before, or where the map would be far from the directions everywhere. stats: as
-// align(), "features.rounds". Throws as align(). Cost: that of align(), some times.
+// time ends before, or where the map would be far from the directions everywhere. stats and
+// errors: as align(). Cost: that of align(), some times.
 FeatureAlignment align_with_features(const CutMap& map, const AlignOptions& options,
                                      const std::vector<StraightEdge>& features,
                                      ExecutionContext& context, Stats& stats);

@@ -2,7 +2,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -81,16 +80,10 @@ RestShapes build_rest_shapes(const mesh::Surface& surface, const ExecutionContex
 }
 
 RestShapes equilateral_rest_shapes(std::size_t count) {
-  RestTriangle equilateral;
-  const double root = std::sqrt(3.0);
-  equilateral.gradient[0][0] = 1;
-  equilateral.gradient[0][1] = -1 / root;
-  equilateral.gradient[1][1] = 2 / root;
-  equilateral.determinant = 2 / root;
+  const Vector3 top(0.5, std::sqrt(0.75), 0.0);
+  RestTriangle equilateral = unfold({Vector3::Zero(), Vector3::UnitX(), top}, 0.0);
   equilateral.weight = 1.0 / static_cast<double>(count);
-  RestShapes rest;
-  rest.triangles.assign(count, equilateral);
-  return rest;
+  return {std::vector<RestTriangle>(count, equilateral)};
 }
 
 namespace {
@@ -142,45 +135,28 @@ void draw_towards(RestTriangle& rest, const Jacobian& j) {
 
 }  // namespace
 
-void scale_rest(const std::vector<RestTriangle>& rest, double scale,
-                const ExecutionContext& context, std::vector<RestTriangle>& working) {
-  working.resize(rest.size());
+std::vector<RestTriangle> scaled_rest(const std::vector<RestTriangle>& rest, double scale,
+                                      const ExecutionContext& context) {
+  std::vector<RestTriangle> working(rest.size());
   parallel_for(context, rest.size(), kGrain, [&](std::size_t begin, std::size_t end, std::size_t) {
     for (std::size_t f = begin; f < end; ++f) working[f] = scaled(rest[f], scale);
   });
+  return working;
 }
 
-void progressive_rest(const Triangles& faces, const std::vector<RestTriangle>& rest, double scale,
-                      const Points2& uv, const ExecutionContext& context,
-                      std::vector<RestTriangle>& working) {
-  working.resize(rest.size());
-  const double uniform = 1.0 / static_cast<double>(rest.size());
+std::vector<RestTriangle> progressive_rest(const Triangles& faces,
+                                           const std::vector<RestTriangle>& rest, double scale,
+                                           const Points2& uv, const ExecutionContext& context) {
+  std::vector<RestTriangle> working = scaled_rest(rest, scale, context);
   parallel_for(context, rest.size(), kGrain, [&](std::size_t begin, std::size_t end, std::size_t) {
     for (std::size_t f = begin; f < end; ++f) {
-      RestTriangle triangle = scaled(rest[f], scale);
-      const Jacobian j = jacobian(triangle, faces, f, uv);
-      if (!(symmetric_dirichlet(j) <= kProgressiveBound)) draw_towards(triangle, j);
-      triangle.weight = uniform;
-      working[f] = triangle;
+      const Jacobian j = jacobian(working[f], faces, f, uv);
+      if (!(symmetric_dirichlet(j) <= kProgressiveBound)) draw_towards(working[f], j);
+      working[f].weight = 1.0 / static_cast<double>(rest.size());
     }
   });
+  return working;
 }
-
-namespace {
-
-const double* coordinates(const Points2& points, Index v) {
-  return points.data() + 2 * static_cast<std::ptrdiff_t>(v);
-}
-
-const Index* corners(const Triangles& faces, std::size_t f) { return faces.data() + 3 * f; }
-
-bool positive(const Triangles& faces, const Points2& uv, std::size_t f) {
-  const Index* v = corners(faces, f);
-  return numeric::orientation(coordinates(uv, v[0]), coordinates(uv, v[1]), coordinates(uv, v[2])) >
-         0;
-}
-
-}  // namespace
 
 double EnergySums::at_best_scale() const { return 2.0 * std::sqrt(stretch) * std::sqrt(shrink); }
 
@@ -219,12 +195,11 @@ double directional_derivative(const Triangles& faces, const std::vector<RestTria
                               const Points2& uv, const Points2& direction,
                               const ExecutionContext& context) {
   const auto parts = parts_of(context, rest.size(), kGrain, 0.0, [&](std::size_t f, double& sum) {
-    const Index* v = corners(faces, f);
     const Jacobian j = jacobian(rest[f], faces, f, uv);
     double gradient[6];
     symmetric_dirichlet_derivatives(rest[f], j, gradient, nullptr);
     for (int k = 0; k < 3; ++k) {
-      const double* d = coordinates(direction, v[k]);
+      const auto d = direction.row(faces(static_cast<FaceId>(f), k));
       sum += gradient[2 * k] * d[0] + gradient[2 * k + 1] * d[1];
     }
   });
@@ -236,7 +211,7 @@ double step_to_first_flip(const Triangles& faces, const Points2& uv, const Point
   const double never = std::numeric_limits<double>::infinity();
   const auto count = at(faces.rows());
   const auto parts = parts_of(context, count, kGrain, never, [&](std::size_t f, double& least) {
-    const Index* v = corners(faces, f);
+    const auto v = faces.row(static_cast<FaceId>(f));
     const auto side = [&](const Points2& of, int k) -> Vector2 {
       return of.row(v[k]) - of.row(v[0]);
     };
@@ -256,20 +231,17 @@ double step_to_first_flip(const Triangles& faces, const Points2& uv, const Point
 }
 
 bool is_flip_free(const Triangles& faces, const Points2& uv, const ExecutionContext& context) {
-  const auto count = at(faces.rows());
-  std::atomic<bool> good{true};
-  parallel_for(context, count, kGrain, [&](std::size_t begin, std::size_t end, std::size_t) {
-    for (std::size_t f = begin; f < end && good.load(std::memory_order_relaxed); ++f) {
-      if (!positive(faces, uv, f)) good = false;
-    }
-  });
-  return good;
+  return flipped_faces(faces, uv, context).empty();
 }
 
 std::vector<FaceId> flipped_faces(const Triangles& faces, const Points2& uv,
                                   const ExecutionContext& context) {
-  return indices_where(context, at(faces.rows()), kGrain,
-                       [&](std::size_t f) { return !positive(faces, uv, f); });
+  return indices_where(context, at(faces.rows()), kGrain, [&](std::size_t f) {
+    const auto corner = [&](int k) {
+      return uv.data() + 2 * static_cast<std::ptrdiff_t>(faces(static_cast<FaceId>(f), k));
+    };
+    return numeric::orientation(corner(0), corner(1), corner(2)) <= 0;
+  });
 }
 
 }  // namespace flipfree::distortion

@@ -48,16 +48,16 @@ RestShapes equilateral_rest_shapes(std::size_t count);
 inline constexpr double kProgressiveBound = 4.6;
 
 // All rest lengths divided by `scale`.
-void scale_rest(const std::vector<RestTriangle>& rest, double scale,
-                const ExecutionContext& context, std::vector<RestTriangle>& working);
+std::vector<RestTriangle> scaled_rest(const std::vector<RestTriangle>& rest, double scale,
+                                      const ExecutionContext& context);
 
 // The same, then every rest shape whose f exceeds kProgressiveBound is drawn towards the current UV
 // triangle along its singular directions (J = U S V' becomes U S^t V') until f = kProgressiveBound.
 // Weights become uniform, as the share of the surface says nothing about how hard a triangle is to
 // untangle.
-void progressive_rest(const Triangles& faces, const std::vector<RestTriangle>& rest, double scale,
-                      const Points2& uv, const ExecutionContext& context,
-                      std::vector<RestTriangle>& working);
+std::vector<RestTriangle> progressive_rest(const Triangles& faces,
+                                           const std::vector<RestTriangle>& rest, double scale,
+                                           const Points2& uv, const ExecutionContext& context);
 
 // How work on all faces is split between threads in this stage.
 
@@ -96,7 +96,7 @@ double directional_derivative(const Triangles& faces, const std::vector<RestTria
 double step_to_first_flip(const Triangles& faces, const Points2& uv, const Points2& direction,
                           const ExecutionContext& context);
 
-// Exact: is every triangle positively oriented? Stops at the first that is not.
+// Exact: is every triangle positively oriented?
 bool is_flip_free(const Triangles& faces, const Points2& uv, const ExecutionContext& context);
 // Exact: the faces that are not, ascending.
 std::vector<FaceId> flipped_faces(const Triangles& faces, const Points2& uv,

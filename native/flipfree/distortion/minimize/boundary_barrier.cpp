@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "flipfree/base/lists.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/numeric/predicates.h"
 
@@ -25,12 +24,11 @@ Boundary find_boundary(Index vertex_count, const Triangles& faces) {
   const mesh::Adjacency adjacency = mesh::build_adjacency(vertex_count, faces);
   Boundary boundary;
   boundary.loops = mesh::boundary_loops(faces, adjacency);
-  for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(adjacency.opposite.size()); ++h) {
-    if (adjacency.opposite[at(h)] != kInvalid) continue;
-    boundary.edges.push_back({mesh::source(faces, h), mesh::target(faces, h)});
-    boundary.vertices.push_back(mesh::source(faces, h));
+  for (const std::vector<VertexId>& loop : boundary.loops) {
+    boundary.vertices.insert(boundary.vertices.end(), loop.begin(), loop.end());
+    for (std::size_t i = 0; i < loop.size(); ++i)
+      boundary.edges.push_back({loop[i], loop[(i + 1) % loop.size()]});
   }
-  sort_unique(boundary.vertices);
   return boundary;
 }
 
@@ -175,17 +173,12 @@ BoundaryBarrier::BoundaryBarrier(const mesh::Surface& chart)
   // Reach of the barrier as a share of the surface's edge length: small enough that at low
   // distortion a vertex is out of reach of the edges next to its own.
   constexpr double kReach = 0.3;
-  boundary_.edges.clear();
-  boundary_.vertices.clear();
   for (const std::vector<VertexId>& loop : boundary_.loops) {
     double length = 0;
     double before = (chart.vertices.row(loop.back()) - chart.vertices.row(loop.front())).norm();
     for (std::size_t i = 0; i < loop.size(); ++i) {
-      const VertexId a = loop[i];
-      const VertexId b = loop[(i + 1) % loop.size()];
+      const VertexId a = loop[i], b = loop[(i + 1) % loop.size()];
       const double own = (chart.vertices.row(a) - chart.vertices.row(b)).norm();
-      boundary_.edges.push_back({a, b});
-      boundary_.vertices.push_back(a);
       stations_.push_back({kReach * own, kReach * std::min(own, before), length,
                            static_cast<Index>(loop_length_.size())});
       length += own;
@@ -243,11 +236,31 @@ void BoundaryBarrier::for_contacts(const Points2& uv, const Reach& reach, double
   }
 }
 
-std::vector<BoundaryBarrier::Contact> BoundaryBarrier::contacts(const Points2& uv,
-                                                                const Reach& reach) const {
-  std::vector<Contact> all;
-  for_contacts(uv, reach, 1.0, [&](const Contact& contact) { all.push_back(contact); });
-  return all;
+bool BoundaryBarrier::add_to(NewtonSystem& system, const Points2& uv, const Reach& reach,
+                             double& energy) const {
+  bool fits = true;
+  for_contacts(uv, reach, 1.0, [&](const Contact& contact) {
+    energy += contact.value;
+    const double factor[3] = {1.0, contact.t - 1.0, -contact.t};
+    const Vector2& n = contact.normal;
+    for (int i = 0; i < 3; ++i) {
+      for (int j = i; j < 3; ++j) {
+        const double c = contact.curvature * factor[i] * factor[j];
+        const double xx = c * n.x() * n.x(), xy = c * n.x() * n.y(), yy = c * n.y() * n.y();
+        const VertexId v = contact.vertices[at(i)];
+        if (i != j) {
+          const double block[4] = {xx, xy, xy, yy};
+          fits = system.add_block(v, contact.vertices[at(j)], block) && fits;
+          continue;
+        }
+        const double block[3] = {xx, xy, yy};
+        const double gradient[2] = {contact.slope * factor[i] * n.x(),
+                                    contact.slope * factor[i] * n.y()};
+        system.add(v, gradient, block);
+      }
+    }
+  });
+  return fits;
 }
 
 std::vector<std::array<VertexId, 2>> BoundaryBarrier::couplings(const Points2& uv,

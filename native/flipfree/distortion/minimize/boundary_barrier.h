@@ -11,6 +11,7 @@
 #include "flipfree/base/context.h"
 #include "flipfree/base/lists.h"
 #include "flipfree/base/types.h"
+#include "flipfree/distortion/minimize/newton_system.h"
 #include "flipfree/mesh/surface.h"
 
 namespace flipfree::distortion {
@@ -19,9 +20,9 @@ namespace flipfree::distortion {
 // for near pairs.
 
 struct Boundary {
-  std::vector<std::array<VertexId, 2>> edges;  // surface on the left, by half-edge number
-  std::vector<VertexId> vertices;              // ascending
-  std::vector<std::vector<VertexId>> loops;    // surface on the left
+  std::vector<std::array<VertexId, 2>> edges;  // surface on the left
+  std::vector<VertexId> vertices;
+  std::vector<std::vector<VertexId>> loops;  // surface on the left
 };
 Boundary find_boundary(Index vertex_count, const Triangles& faces);
 
@@ -74,6 +75,23 @@ class BoundaryBarrier {
 
   const Boundary& boundary() const { return boundary_; }
 
+  // How far the barrier reaches and what it weighs.
+  struct Reach {
+    double unit = 1;    // UV length of a surface length 1
+    double factor = 1;  // times the ordinary reach; far reach lets parts give way before they meet
+    double weight = 1;  // of each term
+  };
+  // Adds the terms at uv to an assembled system, and their values to the energy. False if the
+  // system's pattern lacks a pair. Pairs that are nearer along the boundary than twice the far
+  // reach cannot help being near: they have the ordinary reach always.
+  bool add_to(NewtonSystem& system, const Points2& uv, const Reach& reach, double& energy) const;
+  // Vertex pairs (lower first, sorted, unique) that contacts couple while no distance changes by
+  // more than half of the reach, without those of contacts' own edges.
+  std::vector<std::array<VertexId, 2>> couplings(const Points2& uv, const Reach& reach) const;
+  // Sum of the values of the contacts.
+  double value(const Points2& uv, const Reach& reach) const;
+
+ private:
   // A pair within reach, and the derivatives of its term: gradient and Gauss-Newton Hessian are
   // slope * (n, -(1 - t) n, -t n) and curvature * the outer product of the same; both weighted.
   struct Contact {
@@ -84,22 +102,6 @@ class BoundaryBarrier {
     double slope = 0;
     double curvature = 0;
   };
-  // How far the barrier reaches and what it weighs.
-  struct Reach {
-    double unit = 1;    // UV length of a surface length 1
-    double factor = 1;  // times the ordinary reach; far reach lets parts give way before they meet
-    double weight = 1;  // of each term
-  };
-  // Order of the contacts: by p, then edge. Pairs that are nearer along the boundary than twice the
-  // far reach cannot help being near: they have the ordinary reach always.
-  std::vector<Contact> contacts(const Points2& uv, const Reach& reach) const;
-  // Vertex pairs (lower first, sorted, unique) that contacts couple while no distance changes by
-  // more than half of the reach, without those of contacts' own edges.
-  std::vector<std::array<VertexId, 2>> couplings(const Points2& uv, const Reach& reach) const;
-  // Sum of the values of the contacts.
-  double value(const Points2& uv, const Reach& reach) const;
-
- private:
   template <typename Visit>
   void for_contacts(const Points2& uv, const Reach& reach, double wider, Visit visit) const;
   // Of a boundary vertex, and of the edge that leaves it.
@@ -112,7 +114,7 @@ class BoundaryBarrier {
 
   double along_boundary(const Station& vertex, const Station& edge) const;
 
-  Boundary boundary_;  // its vertices, and the edges that leave them, loop by loop
+  Boundary boundary_;
   std::vector<Station> stations_;
   std::vector<double> loop_length_;
 };

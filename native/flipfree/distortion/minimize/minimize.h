@@ -62,13 +62,11 @@ enum class Stop { kConverged, kStalled, kIterationLimit, kTimeLimit, kOverlap, k
 struct Minimized {
   Points2 uv;
   Stop stop = Stop::kConverged;
-  double energy_start = 0;
   double energy = 0;  // of uv
-  double seconds = 0;
   int iterations = 0;
-  int progressive_iterations = 0;
   int factorizations = 0;  // Newton systems that were solved
-  bool barrier = false;    // did the boundary have to be held apart?
+  // Of the way to targets; 1 exactly when all are met bit for bit.
+  double fraction = 1;
 };
 
 // The figures as "distortion.*".
@@ -96,7 +94,6 @@ Minimized minimize_distortion(const mesh::Surface& chart, const Points2& initial
 
 // Flip-free in any case.
 struct TargetsResult : Minimized {
-  double fraction = 0;  // of the targets' total way; 1 exactly when all are met bit for bit
   std::vector<VertexId> missed;  // targets that were not reached, ascending
 };
 

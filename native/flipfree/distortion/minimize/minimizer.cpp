@@ -14,7 +14,7 @@
 #include "flipfree/base/error.h"
 #include "flipfree/base/failure.h"
 #include "flipfree/base/plane.h"
-#include "flipfree/distortion/minimize/minimize.h"
+#include "flipfree/distortion/minimize/boundary_barrier.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/face_area.h"
 #include "flipfree/numeric/cholesky/cholesky.h"
@@ -91,304 +91,363 @@ numeric::SparseMatrix conformal_energy(const mesh::Surface& chart, const mesh::A
   return matrix;
 }
 
+// One run of the method; the state that its steps share.
+class Minimizer {
+ public:
+  Minimizer(DescentStart start, const MinimizeOptions& options, ExecutionContext& context)
+      : start_(std::move(start)),
+        faces_(start_.faces),
+        options_(options),
+        context_(context),
+        uv_(start_.uv),
+        fixed_(at(uv_.rows()), 0),
+        rest_(std::move(start_.rest)) {
+    for (const VertexId v : options.fixed) fixed_[at(v)] = 1;
+    if (options.bijective) barrier_.emplace(*start_.surface);
+    if (options.fixed.empty()) normalise();
+    if (options.unit > 0) {
+      rest_.triangles = scaled_rest(rest_.triangles, 1.0 / (rest_.length * options.unit), context_);
+      rest_.length = 1.0 / options.unit;
+    }
+  }
+
+  Minimized run() {
+    std::optional<ProgressRange> range;
+    if (start_.motion_left) {
+      range.emplace(context_, 0.0, 0.5);
+      done_.fraction = pull();
+      range.emplace(context_, 0.5, 1.0);
+    }
+    if (barrier_) system_.reset();  // its contacts were those of the way
+    sums_ = sum_energy(faces_, rest_.triangles, uv_, context_);
+    if (std::find(fixed_.begin(), fixed_.end(), char{0}) != fixed_.end()) {
+      if (barrier_) one_to_one_ = uv_;
+      if (barrier_ && options_.held_apart) hold_apart();
+      done_.stop = descend();
+      if (!barrier_on_ && overlaps()) {
+        if (options_.overlapping == nullptr) {
+          hold_apart();
+          done_.stop = descend();
+        } else {
+          done_.stop = Stop::kOverlap;
+        }
+      }
+    }
+    const Grace finishing(context_);
+    if (options_.fixed.empty()) finish_unit();
+    sums_ = sum_energy(faces_, rest_.triangles, uv_, context_);
+    done_.energy = measure(sums_);
+    done_.uv = std::move(uv_);
+    return std::move(done_);
+  }
+
+ private:
+  enum class Step { kTaken, kConverged, kStalled };
+
+  StepSystem& steps() { return start_.steps != nullptr ? *start_.steps : *system_; }
+  // Energies, and by how much to divide rest lengths for them: at the best scale, or at the unit
+  // that was given, to which rest_ is brought at the start.
+  double scale_of(const EnergySums& sums) const {
+    return options_.unit > 0 ? 1.0 : sums.best_scale();
+  }
+  double measure(const EnergySums& sums) const {
+    return options_.unit > 0 ? sums.value() : sums.at_best_scale();
+  }
+  double worst(const EnergySums& sums) const {
+    return options_.unit > 0 ? sums.worst_stretch + sums.worst_shrink : sums.worst_at_best_scale();
+  }
+
+  // Exact: may trial_ replace uv_?
+  bool acceptable() {
+    return trial_.allFinite() && is_flip_free(faces_, trial_, context_) &&
+           !(barrier_on_ && overlaps_itself(barrier_->boundary(), trial_, context_));
+  }
+
+  // Without fixed vertices: bounding box centred at the origin, where doubles are densest, and
+  // about as large as the rest shapes. Kept only if the exact tests still hold.
+  void normalise() {
+    const Eigen::RowVector2d low = uv_.colwise().minCoeff();
+    const Eigen::RowVector2d high = uv_.colwise().maxCoeff();
+    trial_ = uv_.rowwise() - 0.5 * (low + high);
+    // A power of two: changes no triangle's sign.
+    trial_ *= std::ldexp(1.0, -std::ilogb((high - low).maxCoeff()));
+    barrier_on_ = barrier_.has_value();
+    if (acceptable()) uv_.swap(trial_);
+    barrier_on_ = false;
+  }
+
+  // Brings a free map to the surface's unit; by a power of two if rounding of the exact factor
+  // would spoil something.
+  void finish_unit() {
+    const double factor = rest_.length * sums_.best_scale();
+    const Eigen::RowVector2d centre = 0.5 * (uv_.colwise().minCoeff() + uv_.colwise().maxCoeff());
+    trial_ = factor * (uv_.rowwise() - centre);
+    barrier_on_ = barrier_.has_value();
+    if (acceptable()) {
+      uv_.swap(trial_);
+    } else {
+      uv_ *= std::ldexp(1.0, static_cast<int>(std::lround(std::log2(factor))));
+    }
+  }
+
+  // Longest acceptable step along direction_, 0 if there is none; leaves the new map in trial_.
+  double line_search(double slope, double energy, bool progressive) {
+    const double most =
+        std::min(1.0, kShareOfFlip * step_to_first_flip(faces_, uv_, direction_, context_));
+    double now = energy;
+    bool enough = false;
+    const double found = halved_step(most, uv_, direction_, trial_, [&](double step) {
+      if (!acceptable()) return false;
+      const EnergySums sums = sum_energy(faces_, working_, trial_, context_);
+      now = progressive || barrier_on_ ? sums.value() : measure(sums);
+      if (barrier_on_) now += barrier_->value(trial_, reach_);
+      enough = now <= energy + kSufficientDecrease * step * slope;
+      return enough ||
+             (std::abs(step * slope) < kEnergyRounding * energy &&
+              directional_derivative(faces_, working_, trial_, direction_, context_) <= 0);
+    });
+    const bool may = options_.lengthen && enough && found == 1.0 && !progressive && !barrier_on_;
+    return may ? lengthen(now) : found;
+  }
+
+  // The full step is in trial_ and has energy `now`: doubles it while the energy falls. Returns the
+  // factor.
+  double lengthen(double now) {
+    const double most = kShareOfFlip * step_to_first_flip(faces_, uv_, direction_, context_);
+    Points2 longer;
+    double step = 1.0;
+    while (2 * step <= std::min(most, kLongestStep)) {
+      longer = uv_ + 2 * step * direction_;
+      if (!is_flip_free(faces_, longer, context_)) break;
+      const double then = measure(sum_energy(faces_, working_, longer, context_));
+      if (!(then < now)) break;
+      now = then;
+      step *= 2;
+      trial_.swap(longer);
+    }
+    return step;
+  }
+
+  // Gradient and Hessian at uv_ for the working rest shapes, which are divided by `scale`; returns
+  // the energy. The system's pattern is extended when parts of the boundary come near each other
+  // that were not before.
+  double assemble(double scale, bool soft, const Points2& motion = {}) {
+    const FaceEnergy of_face = symmetric_dirichlet_energy(faces_, working_, uv_, soft);
+    if (barrier_on_) {
+      reach_ = {1.0 / (rest_.length * scale), soft ? kFarReach : reach_factor_,
+                kBarrierWeight / static_cast<double>(faces_.rows())};
+    }
+    double energy = 0;
+    const auto all = [&] {
+      steps().prescribe(motion);
+      energy = steps().assemble(of_face, context_);
+      return !barrier_on_ || barrier_->add_to(*system_, uv_, reach_, energy);
+    };
+    if ((start_.steps != nullptr || system_) && all()) return energy;
+    std::vector<std::array<VertexId, 2>> couplings;
+    if (barrier_on_) couplings = barrier_->couplings(uv_, reach_);
+    system_.emplace(faces_, fixed_, couplings, context_);
+    if (!all()) throw InternalError("a contact of the boundary barrier is missing in the pattern");
+    return energy;
+  }
+
+  Step iterate(bool progressive) {
+    double scale = scale_of(sums_);
+    if (progressive) {
+      // Scale at which the logarithm of the area distortion averages to zero: the best scale would
+      // follow the few worst triangles.
+      if (options_.unit == 0) scale = std::exp(-0.5 * sums_.log_area);
+      working_ = progressive_rest(faces_, rest_.triangles, scale, uv_, context_);
+    } else {
+      if (barrier_on_ && frozen_scale_ == 0) frozen_scale_ = scale;
+      if (barrier_on_) scale = frozen_scale_;
+      working_ = scaled_rest(rest_.triangles, scale, context_);
+    }
+    const double energy = assemble(scale, progressive);
+    const double slope = steps().solve(direction_, context_);
+    ++done_.factorizations;
+    if (!(slope < 0)) return slope == 0 ? Step::kConverged : Step::kStalled;
+    const double step = line_search(slope, energy, progressive);
+    if (step == 0) return -slope < kEnergyRounding * energy ? Step::kConverged : Step::kStalled;
+    const EnergySums sums = sum_energy(faces_, rest_.triangles, trial_, context_);
+    if (progressive && !(measure(sums) < measure(sums_))) return Step::kStalled;
+    uv_.swap(trial_);
+    sums_ = sums;
+    const double promise = -0.5 * slope / energy;
+    const bool hindered =
+        measure(sums_) <= options_.enough && step * promise <= kLeastGain * options_.tolerance;
+    if (progressive) {
+      // The worst triangle on its way to where true rest shapes take over.
+      first_worst_ = std::max(first_worst_, worst(sums_));
+      advance(kProgressiveShare, 0.0, worst(sums_), first_worst_, 10 * kProgressiveBound);
+      return hindered ? Step::kConverged : Step::kTaken;
+    }
+    first_promise_ = std::max(first_promise_, promise);
+    advance(1.0, kProgressiveShare, promise, first_promise_, options_.tolerance);
+    if (barrier_on_ && reach_factor_ > 1) {
+      // Far reach keeps parts apart for longer steps; it is drawn in as the map settles.
+      if (promise < kSettled) reach_factor_ = std::max(1.0, 0.5 * reach_factor_);
+      return Step::kTaken;
+    }
+    return hindered || (promise <= options_.tolerance && step >= 1.0) ? Step::kConverged
+                                                                      : Step::kTaken;
+  }
+
+  // A figure on its way from its largest value to its goal, by orders of magnitude, moves the
+  // progress from `begin` to `end`. It never falls back, and always a little forward: no bound on
+  // the steps is known.
+  void advance(double end, double begin, double now, double first, double goal) {
+    const double whole = std::log(first / goal);
+    const double gone = whole > 0 ? std::clamp(std::log(first / now) / whole, 0.0, 1.0) : 0.0;
+    const double estimate = begin + (end - begin) * gone;
+    progress_ =
+        std::max(progress_ + kLeastProgress * (1 - progress_), std::min(estimate, kMostProgress));
+  }
+
+  // Steps until nothing is to be gained, or time is over; returns why it stopped. A step that is
+  // not finished leaves uv_ and one_to_one_ as they were.
+  Stop descend() try {
+    bool progressive = true;
+    std::optional<MapInHand> in_hand;
+    double before = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < options_.max_iterations; ++i) {
+      const double energy = measure(sums_);
+      const bool slow = energy - 1 > kFastStep * (before - 1);
+      if (options_.acceptable && (energy <= kGoodEnergy || (slow && energy <= kBearableEnergy)))
+        in_hand.emplace(context_);
+      before = energy;
+      // What a step's parts report stays within the least that it adds.
+      const ProgressRange range(context_, progress_, progress_ + kLeastProgress * (1 - progress_));
+      context_.report("reducing distortion", 0.0);
+      progressive = progressive && worst(sums_) > 10 * kProgressiveBound;
+      Step step = Step::kStalled;
+      try {
+        step = iterate(progressive);
+      } catch (const NotConverged& failure) {
+        if (!options_.keep_last || failure.error().code != ErrorCode::kFactorizationFailed) throw;
+        if (!progressive) return Stop::kNotFactorized;
+        system_.reset();  // true rest shapes may do
+      }
+      ++done_.iterations;
+      if (step == Step::kTaken) {
+        if (barrier_ && !barrier_on_) {
+          if (!overlaps_itself(barrier_->boundary(), uv_, context_)) {
+            one_to_one_ = uv_;
+          } else if (options_.ends_at_overlap) {
+            return Stop::kOverlap;
+          }
+        }
+        continue;
+      }
+      if (!progressive && reach_factor_ > 1) {
+        reach_factor_ = 1;
+        continue;
+      }
+      if (!progressive) return step == Step::kConverged ? Stop::kConverged : Stop::kStalled;
+      progressive = false;
+    }
+    return Stop::kIterationLimit;
+  } catch (const TimeIsOver&) {
+    return Stop::kTimeLimit;
+  }
+
+  // Does uv_ overlap itself, where it may not? Then uv_ becomes the last map that did not.
+  bool overlaps() {
+    const Grace deciding(context_);
+    if (!barrier_ || !overlaps_itself(barrier_->boundary(), uv_, context_)) return false;
+    if (options_.overlapping != nullptr) *options_.overlapping = uv_;
+    uv_ = std::move(one_to_one_);
+    sums_ = sum_energy(faces_, rest_.triangles, uv_, context_);
+    return true;
+  }
+
+  void hold_apart() {
+    barrier_on_ = true;
+    reach_factor_ = kFarReach;
+    system_.reset();
+  }
+
+  // The Newton step with the remaining motion prescribed: minimises the quadratic model over all
+  // that is free. It goes as far as triangles stay open, then the map recovers, and again. Returns
+  // the share of the way that was gone, 1 if all was.
+  double pull() {
+    barrier_on_ = barrier_.has_value();
+    sums_ = sum_energy(faces_, rest_.triangles, uv_, context_);
+    Points2 motion = start_.motion_left(uv_);
+    const double whole = motion.rowwise().norm().sum();
+    double left = whole;
+    int idle = 0;
+    for (int round = 0; left > 0 && round < options_.max_pulls && idle < kIdlePulls; ++round) {
+      const ProgressRange range(context_, progress_, 1.0);
+      context_.report("moving to the targets", 0.5 * (1 - left / whole));
+      frozen_scale_ = scale_of(sums_);
+      working_ = scaled_rest(rest_.triangles, frozen_scale_, context_);
+      assemble(frozen_scale_, false, motion);
+      steps().solve(direction_, context_);
+      ++done_.factorizations;
+      const double most =
+          std::min(1.0, kPullShare * step_to_first_flip(faces_, uv_, direction_, context_));
+      const double gone = halved_step(most, uv_, direction_, trial_, [&](double step) {
+        if (step == 1.0 && start_.arrive) start_.arrive(trial_);
+        return acceptable();
+      });
+      if (gone > 0) {
+        uv_.swap(trial_);
+        sums_ = sum_energy(faces_, rest_.triangles, uv_, context_);
+      } else {
+        ++idle;
+      }
+      motion = start_.motion_left(uv_);
+      const double now = gone == 1.0 ? 0.0 : motion.rowwise().norm().sum();
+      idle = now < 0.99 * left ? 0 : idle + 1;
+      left = now;
+      for (int i = 0; i < kRecoveries && left > 0; ++i) {
+        frozen_scale_ = 0;
+        const Step result = iterate(worst(sums_) > 10 * kProgressiveBound);
+        ++done_.iterations;
+        if (result != Step::kTaken) break;
+      }
+    }
+    frozen_scale_ = 0;
+    barrier_on_ = false;
+    return whole > 0 ? 1 - left / whole : 1.0;
+  }
+
+  DescentStart start_;
+  const Triangles& faces_;
+  const MinimizeOptions& options_;
+  ExecutionContext& context_;
+  Points2 uv_;
+  Points2 trial_;
+  Points2 direction_;
+  std::vector<char> fixed_;
+  RestShapes rest_;
+  std::vector<RestTriangle> working_;
+  EnergySums sums_;  // of uv_ against the true rest shapes
+  std::optional<NewtonSystem> system_;
+  std::optional<BoundaryBarrier> barrier_;  // bijective maps only
+  bool barrier_on_ = false;
+  BoundaryBarrier::Reach reach_;  // of the current step
+  double reach_factor_ = 1;
+  double frozen_scale_ = 0;  // with the barrier on, the scale no longer changes between steps
+  Points2 one_to_one_;  // last map of the run without barrier whose boundary did not meet itself
+  Minimized done_;
+  double progress_ = 0;
+  double first_worst_ = 0;  // largest figures of the descent, for the progress
+  double first_promise_ = 0;
+};
+
 }  // namespace
 
-Minimizer::Minimizer(const Triangles& faces, RestShapes rest, const mesh::Surface* surface,
-                     const Points2& initial, const MinimizeOptions& options,
-                     ExecutionContext& context, StepSystem* steps)
-    : faces_(faces),
-      options_(options),
-      context_(context),
-      steps_(steps),
-      uv_(initial),
-      fixed_(at(initial.rows()), 0),
-      rest_(std::move(rest)) {
-  for (const VertexId v : options.fixed) fixed_[at(v)] = 1;
-  if (options.bijective) barrier_.emplace(*surface);
-  if (options.fixed.empty()) normalise();
-  if (options.unit > 0) {
-    scale_rest(rest_.triangles, 1.0 / (rest_.length * options.unit), context_, working_);
-    rest_.triangles.swap(working_);
-    rest_.length = 1.0 / options.unit;
-  }
-}
-
-// Exact: may trial_ replace uv_?
-bool Minimizer::acceptable() {
-  return trial_.allFinite() && is_flip_free(faces_, trial_, context_) &&
-         !(barrier_on_ && overlaps_itself(barrier_->boundary(), trial_, context_));
-}
-
-// Without fixed vertices: bounding box centred at the origin, where doubles are densest, and about
-// as large as the rest shapes. Kept only if the exact tests still hold.
-void Minimizer::normalise() {
-  const Eigen::RowVector2d low = uv_.colwise().minCoeff();
-  const Eigen::RowVector2d high = uv_.colwise().maxCoeff();
-  trial_ = uv_.rowwise() - 0.5 * (low + high);
-  // A power of two: changes no triangle's sign.
-  trial_ *= std::ldexp(1.0, -std::ilogb((high - low).maxCoeff()));
-  barrier_on_ = barrier_.has_value();
-  if (acceptable()) uv_.swap(trial_);
-  barrier_on_ = false;
-}
-
-// Brings a free map to the surface's unit; by a power of two if rounding of the exact factor would
-// spoil something.
-void Minimizer::finish_unit() {
-  const double factor = rest_.length * sums_.best_scale();
-  const Eigen::RowVector2d centre = 0.5 * (uv_.colwise().minCoeff() + uv_.colwise().maxCoeff());
-  trial_ = factor * (uv_.rowwise() - centre);
-  barrier_on_ = barrier_.has_value();
-  if (acceptable()) {
-    uv_.swap(trial_);
-  } else {
-    uv_ *= std::ldexp(1.0, static_cast<int>(std::lround(std::log2(factor))));
-  }
-}
-
-// Longest acceptable step along direction_, 0 if there is none; leaves the new map in trial_.
-double Minimizer::line_search(double slope, double energy, bool progressive) {
-  const double most =
-      std::min(1.0, kShareOfFlip * step_to_first_flip(faces_, uv_, direction_, context_));
-  double now = energy;
-  bool enough = false;
-  const double found = halved_step(most, uv_, direction_, trial_, [&](double step) {
-    if (!acceptable()) return false;
-    const EnergySums sums = sum_energy(faces_, working_, trial_, context_);
-    now = progressive || barrier_on_ ? sums.value() : measure(sums);
-    if (barrier_on_) now += barrier_->value(trial_, reach_);
-    enough = now <= energy + kSufficientDecrease * step * slope;
-    return enough || (std::abs(step * slope) < kEnergyRounding * energy &&
-                      directional_derivative(faces_, working_, trial_, direction_, context_) <= 0);
-  });
-  const bool may = options_.lengthen && enough && found == 1.0 && !progressive && !barrier_on_;
-  return may ? lengthen(now) : found;
-}
-
-// The full step is in trial_ and has energy `now`: doubles it while the energy falls. Returns the
-// factor.
-double Minimizer::lengthen(double now) {
-  const double most = kShareOfFlip * step_to_first_flip(faces_, uv_, direction_, context_);
-  Points2 longer;
-  double step = 1.0;
-  while (2 * step <= std::min(most, kLongestStep)) {
-    longer = uv_ + 2 * step * direction_;
-    if (!is_flip_free(faces_, longer, context_)) break;
-    const double then = measure(sum_energy(faces_, working_, longer, context_));
-    if (!(then < now)) break;
-    now = then;
-    step *= 2;
-    trial_.swap(longer);
-  }
-  return step;
-}
-
-bool Minimizer::add_contacts(const std::vector<BoundaryBarrier::Contact>& contacts) {
-  for (const auto& contact : contacts) {
-    const double factor[3] = {1.0, contact.t - 1.0, -contact.t};
-    const Vector2& n = contact.normal;
-    for (int i = 0; i < 3; ++i) {
-      for (int j = i; j < 3; ++j) {
-        const double c = contact.curvature * factor[i] * factor[j];
-        const double uu = c * n.x() * n.x(), uv = c * n.x() * n.y(), vv = c * n.y() * n.y();
-        const VertexId v = contact.vertices[at(i)];
-        if (i != j) {
-          const double block[4] = {uu, uv, uv, vv};
-          if (!system_->add_block(v, contact.vertices[at(j)], block)) return false;
-          continue;
-        }
-        const double block[3] = {uu, uv, vv};
-        const double gradient[2] = {contact.slope * factor[i] * n.x(),
-                                    contact.slope * factor[i] * n.y()};
-        system_->add(v, gradient, block);
-      }
-    }
-  }
-  return true;
-}
-
-// Gradient and Hessian at uv_ for the working rest shapes; returns the energy. The system's pattern
-// is extended when parts of the boundary come near each other that were not before.
-double Minimizer::assemble(double scale, bool soft) {
-  if (steps_ != nullptr) return steps_->assemble(working_, uv_, soft, context_);
-  if (!barrier_on_) {
-    if (!system_) system_.emplace(faces_, fixed_, std::vector<std::array<VertexId, 2>>{}, context_);
-    return system_->assemble(working_, uv_, soft, context_);
-  }
-  reach_ = {unit(scale), soft ? kFarReach : reach_factor_,
-            kBarrierWeight / static_cast<double>(faces_.rows())};
-  const auto contacts = barrier_->contacts(uv_, reach_);
-  double energy = 0;
-  const auto all = [&] {
-    energy = system_->assemble(working_, uv_, soft, context_);
-    return add_contacts(contacts);
-  };
-  if (!system_ || !all()) {
-    system_.emplace(faces_, fixed_, barrier_->couplings(uv_, reach_), context_);
-    if (!all()) throw InternalError("a contact of the boundary barrier is missing in the pattern");
-  }
-  for (const auto& contact : contacts) energy += contact.value;
-  return energy;
-}
-
-Minimizer::Step Minimizer::iterate(bool progressive) {
-  double scale = scale_of(sums_);
-  if (progressive) {
-    // Scale at which the logarithm of the area distortion averages to zero: the best scale would
-    // follow the few worst triangles.
-    if (options_.unit == 0) scale = std::exp(-0.5 * sums_.log_area);
-    progressive_rest(faces_, rest_.triangles, scale, uv_, context_, working_);
-  } else {
-    if (barrier_on_ && frozen_scale_ == 0) frozen_scale_ = scale;
-    if (barrier_on_) scale = frozen_scale_;
-    scale_rest(rest_.triangles, scale, context_, working_);
-  }
-  const double energy = assemble(scale, progressive);
-  const double slope = steps_ != nullptr ? steps_->solve(direction_, context_)
-                                         : system_->solve(direction_, context_);
-  ++done_.factorizations;
-  if (!(slope < 0)) return slope == 0 ? Step::kConverged : Step::kStalled;
-  const double step = line_search(slope, energy, progressive);
-  if (step == 0) return -slope < kEnergyRounding * energy ? Step::kConverged : Step::kStalled;
-  const EnergySums sums = sum_energy(faces_, rest_.triangles, trial_, context_);
-  if (progressive && !(measure(sums) < measure(sums_))) return Step::kStalled;
-  uv_.swap(trial_);
-  sums_ = sums;
-  const double promise = -0.5 * slope / energy;
-  const bool hindered =
-      measure(sums_) <= options_.enough && step * promise <= kLeastGain * options_.tolerance;
-  if (progressive) {
-    // The worst triangle on its way to where true rest shapes take over.
-    first_worst_ = std::max(first_worst_, worst(sums_));
-    advance(kProgressiveShare, 0.0, worst(sums_), first_worst_, 10 * kProgressiveBound);
-    return hindered ? Step::kConverged : Step::kTaken;
-  }
-  first_promise_ = std::max(first_promise_, promise);
-  advance(1.0, kProgressiveShare, promise, first_promise_, options_.tolerance);
-  if (barrier_on_ && reach_factor_ > 1) {
-    // Far reach keeps parts apart for longer steps; it is drawn in as the map settles.
-    if (promise < kSettled) reach_factor_ = std::max(1.0, 0.5 * reach_factor_);
-    return Step::kTaken;
-  }
-  return hindered || (promise <= options_.tolerance && step >= 1.0) ? Step::kConverged
-                                                                    : Step::kTaken;
-}
-
-// A figure on its way from its largest value to its goal, by orders of magnitude, moves the
-// progress from `begin` to `end`. It never falls back, and always a little forward: no bound on the
-// steps is known.
-void Minimizer::advance(double end, double begin, double now, double first, double goal) {
-  const double whole = std::log(first / goal);
-  const double gone = whole > 0 ? std::clamp(std::log(first / now) / whole, 0.0, 1.0) : 0.0;
-  const double estimate = begin + (end - begin) * gone;
-  progress_ =
-      std::max(progress_ + kLeastProgress * (1 - progress_), std::min(estimate, kMostProgress));
-}
-
-// Steps until nothing is to be gained, or time is over; returns why it stopped. A step that is not
-// finished leaves uv_ and one_to_one_ as they were.
-Stop Minimizer::descend() try {
-  bool progressive = true;
-  std::optional<MapInHand> in_hand;
-  double before = std::numeric_limits<double>::infinity();
-  for (int i = 0; i < options_.max_iterations; ++i) {
-    const double energy = measure(sums_);
-    const bool slow = energy - 1 > kFastStep * (before - 1);
-    if (options_.acceptable && (energy <= kGoodEnergy || (slow && energy <= kBearableEnergy)))
-      in_hand.emplace(context_);
-    before = energy;
-    // What a step's parts report stays within the least that it adds.
-    const ProgressRange range(context_, progress_, progress_ + kLeastProgress * (1 - progress_));
-    context_.report("reducing distortion", 0.0);
-    progressive = progressive && worst(sums_) > 10 * kProgressiveBound;
-    Step step = Step::kStalled;
-    try {
-      step = iterate(progressive);
-    } catch (const NotConverged& failure) {
-      if (!options_.keep_last || failure.error().code != ErrorCode::kFactorizationFailed) throw;
-      if (!progressive) return Stop::kNotFactorized;
-      system_.reset();  // true rest shapes may do
-    }
-    ++done_.iterations;
-    done_.progressive_iterations += progressive ? 1 : 0;
-    if (step == Step::kTaken) {
-      if (barrier_ && !barrier_on_) {
-        if (!overlaps_itself(barrier_->boundary(), uv_, context_)) {
-          one_to_one_ = uv_;
-        } else if (options_.ends_at_overlap) {
-          return Stop::kOverlap;
-        }
-      }
-      continue;
-    }
-    if (!progressive && reach_factor_ > 1) {
-      reach_factor_ = 1;
-      continue;
-    }
-    if (!progressive) return step == Step::kConverged ? Stop::kConverged : Stop::kStalled;
-    progressive = false;
-  }
-  return Stop::kIterationLimit;
-} catch (const TimeIsOver&) {
-  return Stop::kTimeLimit;
-}
-
-// Does uv_ overlap itself, where it may not? Then uv_ becomes the last map that did not.
-bool Minimizer::overlaps() {
-  const Grace deciding(context_);
-  if (!barrier_ || !overlaps_itself(barrier_->boundary(), uv_, context_)) return false;
-  if (options_.overlapping != nullptr) *options_.overlapping = uv_;
-  uv_ = std::move(one_to_one_);
-  sums_ = sum_energy(faces_, rest_.triangles, uv_, context_);
-  return true;
-}
-
-void Minimizer::hold_apart() {
-  barrier_on_ = true;
-  reach_factor_ = kFarReach;
-  system_.reset();
-}
-
-Minimized Minimizer::run() {
-  const Stopwatch watch;
-  if (barrier_) system_.reset();  // its contacts were those of the way
-  sums_ = sum_energy(faces_, rest_.triangles, uv_, context_);
-  done_.energy_start = measure(sums_);
-  const bool all_fixed = std::all_of(fixed_.begin(), fixed_.end(), [](char f) { return f != 0; });
-  if (!all_fixed) {
-    if (barrier_) one_to_one_ = uv_;
-    if (barrier_ && options_.held_apart) hold_apart();
-    done_.stop = descend();
-    if (!barrier_on_ && overlaps()) {
-      if (options_.overlapping == nullptr) {
-        hold_apart();
-        done_.stop = descend();
-      } else {
-        done_.stop = Stop::kOverlap;
-      }
-    }
-  }
-  const Grace finishing(context_);
-  done_.barrier = barrier_on_;
-  if (std::none_of(fixed_.begin(), fixed_.end(), [](char f) { return f != 0; })) finish_unit();
-  sums_ = sum_energy(faces_, rest_.triangles, uv_, context_);
-  done_.energy = measure(sums_);
-  done_.uv = std::move(uv_);
-  done_.seconds = watch.seconds();
-  return std::move(done_);
+Minimized descend(DescentStart start, const MinimizeOptions& options, ExecutionContext& context) {
+  return Minimizer(std::move(start), options, context).run();
 }
 
 void report(const Minimized& descent, Stats& stats) {
   constexpr std::array kStops = {"converged",  "stalled", "iteration limit",
                                  "time limit", "overlap", "not factorized"};
-  const auto count = [&](const char* name, std::int64_t value) { stats[name] = value; };
-  count("distortion.barrier", descent.barrier);
-  count("distortion.iterations", descent.iterations);
-  count("distortion.progressive_iterations", descent.progressive_iterations);
-  count("distortion.factorizations", descent.factorizations);
-  stats["distortion.energy_start"] = descent.energy_start;
+  stats["distortion.iterations"] = static_cast<std::int64_t>(descent.iterations);
   stats["distortion.energy"] = descent.energy;
-  stats["distortion.seconds"] = descent.seconds;
   stats["distortion.stop"] = std::string(kStops.at(static_cast<std::size_t>(descent.stop)));
 }
 
@@ -443,17 +502,19 @@ void check_start(const mesh::Surface& chart, const Points2& uv, const MinimizeOp
 Minimized minimize_distortion(const mesh::Surface& chart, const Points2& initial_uv,
                               const MinimizeOptions& options, ExecutionContext& context) {
   check_start(chart, initial_uv, options, context);
-  Minimizer minimizer(chart.faces, build_rest_shapes(chart, context), &chart, initial_uv, options,
-                      context);
-  return minimizer.run();
+  return descend({chart.faces, build_rest_shapes(chart, context), initial_uv, nullptr, &chart},
+                 options, context);
 }
 
-// Turns, scales and moves the whole map to where the targets are met best in the mean. Only if
-// nothing is fixed yet, and the exact tests still hold.
-void Minimizer::align(const std::vector<std::pair<VertexId, Vector2>>& targets) {
+namespace {
+
+// The map turned, scaled and moved as a whole to where the targets are met best in the mean, if the
+// exact tests still hold.
+Points2 nearest_to(const std::vector<std::pair<VertexId, Vector2>>& targets, const Triangles& faces,
+                   const Points2& uv, bool bijective, const ExecutionContext& context) {
   Points2 from(static_cast<Eigen::Index>(targets.size()), 2), to = from;
   for (std::size_t i = 0; i < targets.size(); ++i) {
-    from.row(static_cast<Eigen::Index>(i)) = uv_.row(targets[i].first);
+    from.row(static_cast<Eigen::Index>(i)) = uv.row(targets[i].first);
     to.row(static_cast<Eigen::Index>(i)) = targets[i].second.transpose();
   }
   Similarity motion = fit_similarity(from, to);
@@ -462,69 +523,13 @@ void Minimizer::align(const std::vector<std::pair<VertexId, Vector2>>& targets) 
                                 (from.rowwise() - from.colwise().mean()).squaredNorm());
   if (std::isnormal(size) && motion.linear.norm() < 0.2 * size)
     motion = about_means({size, 0.0}, from, to);
-  trial_ = moved(motion, uv_);
-  if (acceptable()) uv_.swap(trial_);
+  const Points2 moved_there = moved(motion, uv);
+  const bool good = moved_there.allFinite() && is_flip_free(faces, moved_there, context) &&
+                    !(bijective && overlaps_itself(faces, moved_there, context));
+  return good ? moved_there : uv;
 }
 
-// The Newton step with the targets' remaining way prescribed: minimises the quadratic model over
-// all other vertices. It goes as far as triangles stay open, then the map recovers with the targets
-// held, and again.
-double Minimizer::pull(const std::vector<std::pair<VertexId, Vector2>>& targets) {
-  if (targets.empty()) return 1.0;
-  barrier_on_ = barrier_.has_value();
-  if (options_.fixed.size() == targets.size()) align(targets);
-  sums_ = sum_energy(faces_, rest_.triangles, uv_, context_);
-  for (const auto& [v, target] : targets) fixed_[at(v)] = 1;
-  system_.reset();
-  const auto distance = [&] {
-    double sum = 0;
-    for (const auto& [v, target] : targets) sum += (target - uv_.row(v).transpose()).norm();
-    return sum;
-  };
-  const double whole = distance();
-  double left = whole;
-  int idle = 0;
-  for (int round = 0; left > 0 && round < options_.max_pulls && idle < kIdlePulls; ++round) {
-    const ProgressRange range(context_, progress_, 1.0);
-    context_.report("moving to the targets", 0.5 * (1 - left / whole));
-    Points2 motion = Points2::Zero(uv_.rows(), 2);
-    for (const auto& [v, target] : targets) motion.row(v) = target.transpose() - uv_.row(v);
-    const double scale = scale_of(sums_);
-    frozen_scale_ = scale;
-    scale_rest(rest_.triangles, scale, context_, working_);
-    assemble(scale, false);
-    system_->add_prescribed(motion);
-    system_->solve(direction_, context_);
-    ++done_.factorizations;
-    direction_ += motion;  // the system leaves fixed vertices where they are
-    const double most =
-        std::min(1.0, kPullShare * step_to_first_flip(faces_, uv_, direction_, context_));
-    const double gone = halved_step(most, uv_, direction_, trial_, [&](double step) {
-      for (const auto& [v, target] : targets) {
-        if (step == 1.0) trial_.row(v) = target.transpose();
-      }
-      return acceptable();
-    });
-    if (gone > 0) {
-      uv_.swap(trial_);
-      sums_ = sum_energy(faces_, rest_.triangles, uv_, context_);
-    } else {
-      ++idle;
-    }
-    const double now = distance();
-    idle = now < 0.99 * left ? 0 : idle + 1;
-    left = now;
-    for (int i = 0; i < kRecoveries && left > 0; ++i) {
-      frozen_scale_ = 0;
-      const Step result = iterate(worst(sums_) > 10 * kProgressiveBound);
-      ++done_.iterations;
-      if (result != Step::kTaken) break;
-    }
-  }
-  frozen_scale_ = 0;
-  barrier_on_ = false;
-  return whole > 0 ? 1 - left / whole : 1.0;
-}
+}  // namespace
 
 TargetsResult minimize_with_targets(const mesh::Surface& chart, const Points2& initial_uv,
                                     const std::vector<std::pair<VertexId, Vector2>>& targets,
@@ -546,15 +551,20 @@ TargetsResult minimize_with_targets(const mesh::Surface& chart, const Points2& i
                   ElementKind::kVertex, {*twice});
   }
   check_start(chart, initial_uv, held, context);
-  Minimizer minimizer(chart.faces, build_rest_shapes(chart, context), &chart, initial_uv, held,
-                      context);
+  Points2 uv = initial_uv;
+  if (options.fixed.empty() && !targets.empty())
+    uv = nearest_to(targets, chart.faces, uv, options.bijective, context);
+  DescentStart start{chart.faces, build_rest_shapes(chart, context), uv, nullptr, &chart};
+  start.arrive = [&](Points2& map) {
+    for (const auto& [v, target] : targets) map.row(v) = target.transpose();
+  };
+  start.motion_left = [&](const Points2& map) {
+    Points2 motion = Points2::Zero(map.rows(), 2);
+    for (const auto& [v, target] : targets) motion.row(v) = target.transpose() - map.row(v);
+    return motion;
+  };
   TargetsResult result;
-  {
-    const ProgressRange range(context, 0.0, 0.5);
-    result.fraction = minimizer.pull(targets);
-  }
-  const ProgressRange range(context, 0.5, 1.0);
-  static_cast<Minimized&>(result) = minimizer.run();
+  static_cast<Minimized&>(result) = descend(std::move(start), held, context);
   for (const auto& [v, target] : targets) {
     if (result.uv.row(v) != target.transpose()) result.missed.push_back(v);
   }

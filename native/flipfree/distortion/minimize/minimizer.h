@@ -2,14 +2,10 @@
 // to this stage.
 #pragma once
 
-#include <array>
-#include <optional>
-#include <utility>
-#include <vector>
+#include <functional>
 
 #include "flipfree/base/context.h"
 #include "flipfree/distortion/energy/energy.h"
-#include "flipfree/distortion/minimize/boundary_barrier.h"
 #include "flipfree/distortion/minimize/minimize.h"
 #include "flipfree/distortion/minimize/newton_system.h"
 
@@ -38,76 +34,24 @@ double halved_step(double most, const Points2& uv, const Points2& direction, Poi
   return 0;
 }
 
-// One run of the method; the state that its steps share.
-class Minimizer {
- public:
-  // `initial` is flip-free. `surface` is needed for bijective maps only; its boundary image does
-  // not meet itself. `steps`, if given, finds the steps of a map under constraints, not with
-  // `bijective` or targets: how far `initial` is from them, so far is the result.
-  Minimizer(const Triangles& faces, RestShapes rest, const mesh::Surface* surface,
-            const Points2& initial, const MinimizeOptions& options, ExecutionContext& context,
-            StepSystem* steps = nullptr);
-
-  Minimized run();
-
-  // Moves the target vertices to their targets, everything else following; see targets.h. Then
-  // run() keeps them there. Returns the share of the way that they went, 1 if they arrived bit for
-  // bit.
-  double pull(const std::vector<std::pair<VertexId, Vector2>>& targets);
-
- private:
-  enum class Step { kTaken, kConverged, kStalled };
-
-  void normalise();
-  void finish_unit();
-  void align(const std::vector<std::pair<VertexId, Vector2>>& targets);
-  Stop descend();
-  bool overlaps();
-  void hold_apart();
-  Step iterate(bool progressive);
-  double assemble(double scale, bool soft);
-  bool add_contacts(const std::vector<BoundaryBarrier::Contact>& contacts);
-  double line_search(double slope, double energy, bool progressive);
-  double lengthen(double now);
-  void advance(double end, double begin, double now, double first, double goal);
-  bool acceptable();
-  // Energies, and by how much to divide rest lengths for them: at the best scale, or at the unit
-  // that was given, to which rest_ is brought at the start.
-  double scale_of(const EnergySums& sums) const {
-    return options_.unit > 0 ? 1.0 : sums.best_scale();
-  }
-  double measure(const EnergySums& sums) const {
-    return options_.unit > 0 ? sums.value() : sums.at_best_scale();
-  }
-  double worst(const EnergySums& sums) const {
-    return options_.unit > 0 ? sums.worst_stretch + sums.worst_shrink : sums.worst_at_best_scale();
-  }
-  // UV length of a surface length 1 when rest shapes are divided by `scale`.
-  double unit(double scale) const { return 1.0 / (rest_.length * scale); }
-
-  const Triangles& faces_;
-  const MinimizeOptions& options_;
-  ExecutionContext& context_;
-  StepSystem* steps_;
-  Points2 uv_;
-  Points2 trial_;
-  Points2 direction_;
-  std::vector<char> fixed_;
-  RestShapes rest_;
-  std::vector<RestTriangle> working_;
-  EnergySums sums_;  // of uv_ against the true rest shapes
-  std::optional<NewtonSystem> system_;
-  std::optional<BoundaryBarrier> barrier_;  // bijective maps only
-  bool barrier_on_ = false;
-  BoundaryBarrier::Reach reach_;  // of the current step
-  double reach_factor_ = 1;
-  double frozen_scale_ = 0;  // with the barrier on, the scale no longer changes between steps
-  Points2 one_to_one_;  // last map of the run without barrier whose boundary did not meet itself
-  Minimized done_;
-  double progress_ = 0;
-  double first_worst_ = 0;  // largest figures of the descent, for the progress
-  double first_promise_ = 0;
+// Where a descent begins, and what binds it.
+struct DescentStart {
+  const Triangles& faces;
+  RestShapes rest;
+  const Points2& uv;  // flip-free
+  // Finds the steps of a map under constraints, not with `bijective`: how far the map is from them,
+  // so far is the result. Null: only fixed vertices bind it.
+  StepSystem* steps = nullptr;
+  // For bijective maps, whose boundary does not meet itself.
+  const mesh::Surface* surface = nullptr;
+  // Before the energy falls, what is fixed is moved. The motion that is left of a map, as
+  // StepSystem::prescribe() takes it; null: none.
+  std::function<Points2(const Points2& uv)> motion_left = nullptr;
+  // Puts a map that went all of the way there to the last bit; may be null.
+  std::function<void(Points2& uv)> arrive = nullptr;
 };
+
+Minimized descend(DescentStart start, const MinimizeOptions& options, ExecutionContext& context);
 
 // Throws InvalidInput if the arguments of minimize_distortion() do not fit each other, the map is
 // not flip-free, or it is to be bijective and its boundary meets itself.

@@ -72,25 +72,8 @@ struct Arc {
   GaussianInteger unit;
 };
 
-// Both ends of every seam edge, seen from either side, by vertex. Throws InvalidInput (kBadOption,
-// kIndexOutOfRange) for half-edges or vertices that do not exist.
+// Both ends of every seam edge, seen from either side, by vertex.
 Lists<Arc> arcs_of(Index vertex_count, const Triangles& faces, const std::vector<SeamEdge>& seams) {
-  const auto corners = static_cast<HalfedgeId>(3 * faces.rows());
-  for (std::size_t e = 0; e < seams.size(); ++e) {
-    const auto& [h, o, r] = seams[e];
-    if (h < 0 || o < 0 || h >= corners || o >= corners || h == o) {
-      throw_invalid(ErrorCode::kBadOption,
-                    "Seam edge " + std::to_string(e) +
-                        " names half-edges that do not exist, or one twice. Name the two sides of "
-                        "a cut edge.");
-    }
-    for (const HalfedgeId c : {h, next_corner(h), o, next_corner(o)}) {
-      if (const VertexId v = mesh::source(faces, c); v >= 0 && v < vertex_count) continue;
-      throw_invalid(ErrorCode::kIndexOutOfRange,
-                    "A face at a seam edge names a vertex that does not exist. Correct the faces.",
-                    ElementKind::kFace, {h / 3});
-    }
-  }
   return Lists<Arc>(at(vertex_count), [&](const auto& add) {
     for (std::size_t e = 0; e < seams.size(); ++e) {
       const auto& [h, o, r] = seams[e];

@@ -21,9 +21,9 @@ struct Dependence {
   double im = 0;
 };
 
-void dependences(const SeamConstraints& constraints, const Triangles& faces, FaceId f,
-                 std::vector<Dependence>& out) {
-  out.clear();
+std::vector<Dependence> dependences(const SeamConstraints& constraints, const Triangles& faces,
+                                    FaceId f) {
+  std::vector<Dependence> out;
   for (int k = 0; k < 3; ++k) {
     const std::size_t v = at(faces(f, k));
     const auto divisor = static_cast<double>(constraints.divisor[v]);
@@ -33,6 +33,7 @@ void dependences(const SeamConstraints& constraints, const Triangles& faces, Fac
                      static_cast<double>(term.factor.im) / divisor});
     }
   }
+  return out;
 }
 
 // Block (k, l) of a triangle's Hessian as (uu, uv, vu, vv), first letter for corner k.
@@ -57,45 +58,33 @@ std::array<double, 4> between(const Dependence& a, const std::array<double, 4>& 
           a.re * p[3] - a.im * p[1]};
 }
 
-// Pairs of nodes that some face has both of, once each, ascending; a node with itself where a face
-// has no other. One row of the matrix after the other: where translations are long sums most pairs
-// are those of many faces.
+// Pairs of nodes that some face has both of, once each, ascending, and each node with itself. One
+// row of the matrix after the other: where translations are long sums most pairs are those of many
+// faces.
 std::vector<std::array<VertexId, 2>> couplings_of(const SeamConstraints& constraints,
                                                   const Triangles& faces,
                                                   const std::vector<FaceId>& chosen,
                                                   ExecutionContext& context) {
-  std::vector<std::size_t> begin{0};
-  std::vector<Index> nodes;  // of each face, ascending
-  std::vector<Dependence> found;
-  for (const FaceId f : chosen) {
-    context.check();
-    dependences(constraints, faces, f, found);
-    const auto first = static_cast<std::ptrdiff_t>(nodes.size());
-    for (const Dependence& d : found) nodes.push_back(d.node);
-    std::sort(nodes.begin() + first, nodes.end());
-    nodes.erase(std::unique(nodes.begin() + first, nodes.end()), nodes.end());
-    begin.push_back(nodes.size());
+  std::vector<std::vector<Index>> nodes(chosen.size());
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    for (const Dependence& d : dependences(constraints, faces, chosen[i]))
+      nodes[i].push_back(d.node);
   }
   const Lists<std::size_t> faces_of(at(constraints.node_count()), [&](const auto& add) {
-    for (std::size_t i = 0; i + 1 < begin.size(); ++i) {
-      for (std::size_t k = begin[i]; k < begin[i + 1]; ++k) add(nodes[k], i);
-    }
+    for (std::size_t i = 0; i < nodes.size(); ++i)
+      for (const Index node : nodes[i]) add(node, i);
   });
-  std::vector<Index> seen(at(constraints.node_count()), kInvalid);
   std::vector<std::array<VertexId, 2>> couplings;
+  std::vector<Index> row;
   for (Index node = 0; node < constraints.node_count(); ++node) {
-    context.check();
-    const auto row = static_cast<std::ptrdiff_t>(couplings.size());
+    row.clear();
     for (const std::size_t i : faces_of[node]) {
-      const bool alone = begin[i + 1] - begin[i] == 1;
-      for (std::size_t k = begin[i + 1]; k > begin[i] && (nodes[k - 1] > node || alone); --k) {
-        const Index other = nodes[k - 1];
-        if (seen[at(other)] == node) continue;
-        seen[at(other)] = node;
-        couplings.push_back({node, other});
-      }
+      context.check();
+      for (const Index other : nodes[i])
+        if (other >= node) row.push_back(other);
     }
-    std::sort(couplings.begin() + row, couplings.end());
+    sort_unique(row);
+    for (const Index other : row) couplings.push_back({node, other});
   }
   return couplings;
 }
@@ -118,7 +107,6 @@ SeamSystem::SeamSystem(const SeamConstraints& constraints, const Triangles& face
           constraints.terms[at(constraints.begin[v])].node;
     }
   }
-  plain_rest_.resize(plain_.size());
   std::vector<char> fixed_node(at(constraints.node_count()), 0);
   bool any = false;
   for (std::size_t v = 0; v < fixed.size(); ++v) {
@@ -130,40 +118,29 @@ SeamSystem::SeamSystem(const SeamConstraints& constraints, const Triangles& face
   if (any) {
     std::fill(fixed_node.begin() + constraints.position_count(), fixed_node.end(), char{1});
   }
-  nodes_ = Points2::Zero(constraints.node_count(), 2);
   system_.emplace(plain_faces_, fixed_node, couplings_of(constraints, faces, seam_, context),
                   context);
 }
 
-double SeamSystem::assemble(const std::vector<RestTriangle>& rest, const Points2& uv, bool soft,
-                            ExecutionContext& context) {
-  for (std::size_t i = 0; i < plain_.size(); ++i) plain_rest_[i] = rest[at(plain_[i])];
-  for (Index n = 0; n < constraints_.position_count(); ++n)
-    nodes_.row(n) = uv.row(constraints_.position[at(n)]);
-  const double energy = system_->assemble(plain_rest_, nodes_, soft, context);
-  if (motion_.rows() > 0) system_->add_prescribed(motion_);
-  return energy + add_seam_faces(rest, uv, soft, context);
-}
-
-double SeamSystem::add_seam_faces(const std::vector<RestTriangle>& rest, const Points2& uv,
-                                  bool soft, ExecutionContext& context) {
-  double energy = 0;
+double SeamSystem::assemble(const FaceEnergy& of_face, ExecutionContext& context) {
+  const auto of_plain = [&](std::size_t i, double* gradient, double* hessian) {
+    return of_face(at(plain_[i]), gradient, hessian);
+  };
+  const double energy = system_->assemble(of_plain, context);
+  double of_seams = 0;
   for (const FaceId f : seam_) {
     context.check();
     double gradient[6];
     double hessian[kHessianEntries];
-    const RestTriangle& r = rest[at(f)];
-    energy += r.weight * symmetric_dirichlet_derivatives(r, jacobian(r, faces_, at(f), uv),
-                                                         gradient, hessian, soft);
+    of_seams += of_face(at(f), gradient, hessian);
     add_face(f, gradient, hessian);
   }
-  return energy;
+  return energy + of_seams;
 }
 
 void SeamSystem::add_face(FaceId f, const double gradient[6],
                           const double hessian[kHessianEntries]) {
-  std::vector<Dependence> found;
-  dependences(constraints_, faces_, f, found);
+  const std::vector<Dependence> found = dependences(constraints_, faces_, f);
   for (std::size_t i = 0; i < found.size(); ++i) {
     const Dependence& a = found[i];
     const double gu = gradient[2 * a.corner];
@@ -179,11 +156,6 @@ void SeamSystem::add_face(FaceId f, const double gradient[6],
       // The second coordinate of a real node stays zero.
       if (a.node != b.node && real) block[2] = block[3] = 0;
       if (a.node != b.node && constraints_.real[at(b.node)]) block[1] = block[3] = 0;
-      if (a.node != b.node && motion_.rows() > 0) {
-        const Vector2 m = motion_.row(b.node);
-        own_gradient[0] += block[0] * m.x() + block[1] * m.y();
-        own_gradient[1] += block[2] * m.x() + block[3] * m.y();
-      }
       if (a.node == b.node) {
         diagonal[0] += block[0];
         diagonal[1] += 0.5 * (block[1] + block[2]);
@@ -203,7 +175,6 @@ void SeamSystem::add_face(FaceId f, const double gradient[6],
 double SeamSystem::solve(Points2& direction, ExecutionContext& context) {
   Points2 nodes;
   const double slope = system_->solve(nodes, context);
-  if (motion_.rows() > 0) nodes += motion_;
   direction = map_of(constraints_, nodes);
   return slope;
 }

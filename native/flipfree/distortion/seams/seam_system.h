@@ -13,37 +13,29 @@
 
 namespace flipfree::distortion {
 
-class SeamSystem : public StepSystem {
+class SeamSystem final : public StepSystem {
  public:
   // `faces`: of the cut surface, or some of them. `fixed`: #V of the cut surface; a fixed vertex
   // fixes its copies, and any one fixes all translations, and with them all cones.
   SeamSystem(const SeamConstraints& constraints, const Triangles& faces,
              const std::vector<char>& fixed, ExecutionContext& context);
 
-  // `rest` per face, `uv` and `direction` per vertex of the cut surface.
-  double assemble(const std::vector<RestTriangle>& rest, const Points2& uv, bool soft,
-                  ExecutionContext& context) override;
+  // `of_face` of each face, by its corners' UV as vertices of the cut surface; `direction` and
+  // motions: per such vertex, and per node.
+  double assemble(const FaceEnergy& of_face, ExecutionContext& context) override;
   double solve(Points2& direction, ExecutionContext& context) override;
-  // Adds to a face's part, after assemble(): gradient and Hessian in its corners' UV as
-  // corner_derivatives() has them.
-  void add_face(FaceId f, const double gradient[6], const double hessian[kHessianEntries]);
-  // From now on fixed nodes move by `motion` (per node; zero where it is not fixed) with every
-  // step, and the free ones as goes best with it. Empty: they stay.
-  void prescribe(Points2 motion) { motion_ = std::move(motion); }
+  void prescribe(Points2 motion) override { system_->prescribe(std::move(motion)); }
 
  private:
-  double add_seam_faces(const std::vector<RestTriangle>& rest, const Points2& uv, bool soft,
-                        ExecutionContext& context);
+  // Adds a face's part: gradient and Hessian in its corners' UV as corner_derivatives() has them.
+  void add_face(FaceId f, const double gradient[6], const double hessian[kHessianEntries]);
 
   const SeamConstraints& constraints_;
   const Triangles& faces_;
-  std::vector<FaceId> plain_;  // all corners are their own nodes
-  std::vector<FaceId> seam_;   // the others
-  Triangles plain_faces_;      // over nodes
-  std::vector<RestTriangle> plain_rest_;
+  std::vector<FaceId> plain_;           // all corners are their own nodes
+  std::vector<FaceId> seam_;            // the others
+  Triangles plain_faces_;               // over nodes
   std::optional<NewtonSystem> system_;  // over nodes
-  Points2 nodes_;
-  Points2 motion_;
 };
 
 }  // namespace flipfree::distortion

@@ -2,7 +2,7 @@
 // constraints, then exact (design: G4).
 //
 //   eliminate_seams()      which coordinates are free                  constraints.h
-//   Minimizer, SeamSystem  less distortion in the free coordinates     seam_system.h
+//   descend(), SeamSystem  less distortion in the free coordinates     seam_system.h
 //   round_to_grid()        exact transitions in 64 and in 32 bits
 #pragma once
 
@@ -20,11 +20,9 @@ namespace flipfree::distortion {
 
 struct ExactOptions {
   bool optimise = true;
+  // The optimisation leaves some of the time that the context has for rounding (context.h), which
+  // comes after it in any case.
   int max_iterations = 200;
-  double tolerance = 1e-4;  // see MinimizeOptions
-  // Seconds that the optimisation may take; 0: no limit of its own. It leaves some of what the
-  // context has for rounding (context.h), which comes after it in any case.
-  double max_seconds = 0;
   bool exact = true;  // false: no grid; seams match up to rounding, as they did before
 };
 
@@ -40,10 +38,8 @@ struct ExactMap {
 // is what optimisation and rounding change in addition. Guarantee: flip-free, and every seam edge
 // exact, in 64 and in 32 bits; edges of a branch share one translation. Optimised, the map is in
 // the surface's own unit (best global scale 1), centred; else as large as it was, centred. stats:
-// "distortion.*" (minimize.h), "rounding.*",
-// "seams.nodes", "seams.translations", "seams.step" (grid of the translations in steps of the
-// other's), "seams.misfit" (largest distance of the initial map from its seams, as a share of its
-// extent), "time_limit_reached". Throws InvalidInput, NotConverged (kRoundingFlips,
+// "distortion.*" (minimize.h), "rounding.repaired", "rounding.folded" (triangles that plain
+// rounding folds), "time_limit_reached". Throws InvalidInput, NotConverged (kRoundingFlips,
 // kFactorizationFailed), TimeIsOver if the context's time ends before or while the map is rounded,
 // Cancelled. Cost: that of the optimisation.
 ExactMap make_exact(const CutMap& map, const ExactOptions& options, ExecutionContext& context);
@@ -70,7 +66,7 @@ Points2 corners_of(const CutMap& map, const Points2& uv);
 // quarter turns; where it flips no triangle, the way begins there, else it begins at the map, and
 // translations are moved as far as steps without flips go. nullopt if they do not arrive, or the
 // grid does not hold the map. Precondition: the map is flip-free by the exact test. stats:
-// "carried" ("at once", "pulled", or "not"), "carried.flips" (of the goal).
+// "carried" ("at once", "pulled", or "not").
 // Throws NotConverged (kFactorizationFailed), TimeIsOver, Cancelled.
 std::optional<Points2> carried_to(const CutMap& map, const Points2& goal,
                                   const std::vector<char>& held, ExecutionContext& context,
