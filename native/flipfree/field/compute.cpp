@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <complex>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -104,28 +105,30 @@ FoundField compute(const mesh::Surface& surface, const FieldOptions& options,
   return found;
 }
 
+// The edges that keep(a, b) wants.
+template <typename Keep>
+IndexPairs kept_edges(const IndexPairs& edges, const Keep& keep) {
+  std::vector<Eigen::Index> rows;
+  for (Eigen::Index i = 0; i < edges.rows(); ++i)
+    if (keep(edges(i, 0), edges(i, 1))) rows.push_back(i);
+  return edges(rows, Eigen::all);
+}
+
 // Without the edges of faces at inner vertices of no quarter turn.
 IndexPairs possible_edges(const IndexPairs& edges, const mesh::Surface& surface,
                           const std::vector<Index>& cones) {
   const mesh::Adjacency& adjacency = surface.adjacency();
-  std::vector<std::pair<VertexId, VertexId>> impossible;
+  std::set<std::pair<VertexId, VertexId>> impossible;
   for (HalfedgeId h = 0; h < static_cast<HalfedgeId>(adjacency.opposite.size()); ++h) {
     const VertexId v = mesh::source(surface.faces, h);
     if (cones[at(v)] >= 1 || adjacency.opposite[at(adjacency.vertex_halfedge[at(v)])] == kInvalid)
       continue;
     for (const HalfedgeId i : {h, next_corner(h), previous_corner(h)})
-      impossible.push_back(
+      impossible.insert(
           std::minmax(mesh::source(surface.faces, i), mesh::target(surface.faces, i)));
   }
-  std::sort(impossible.begin(), impossible.end());
-  IndexPairs kept(edges.rows(), 2);
-  Eigen::Index count = 0;
-  for (Eigen::Index i = 0; i < edges.rows(); ++i) {
-    const std::pair<VertexId, VertexId> edge = std::minmax(edges(i, 0), edges(i, 1));
-    if (!std::binary_search(impossible.begin(), impossible.end(), edge))
-      kept.row(count++) = edges.row(i);
-  }
-  return kept.topRows(count);
+  return kept_edges(
+      edges, [&](VertexId a, VertexId b) { return !impossible.contains(std::minmax(a, b)); });
 }
 
 // Without connected lines that are as short as a detail of the longest one, and would turn whole
@@ -141,11 +144,8 @@ IndexPairs without_details(const IndexPairs& edges, const mesh::Surface& surface
     length[at(lines.find(edges(i, 0)))] +=
         (surface.vertices.row(edges(i, 0)) - surface.vertices.row(edges(i, 1))).norm();
   const double longest = *std::max_element(length.begin(), length.end());
-  IndexPairs kept(edges.rows(), 2);
-  Eigen::Index count = 0;
-  for (Eigen::Index i = 0; i < edges.rows(); ++i)
-    if (length[at(lines.find(edges(i, 0)))] >= kDetail * longest) kept.row(count++) = edges.row(i);
-  return kept.topRows(count);
+  return kept_edges(
+      edges, [&](VertexId a, VertexId) { return length[at(lines.find(a))] >= kDetail * longest; });
 }
 
 FoundField compute_possible(const mesh::Surface& surface, const FieldOptions& given,

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "flipfree/base/error.h"
+#include "flipfree/base/failure.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/cut_graph.h"
@@ -190,14 +191,11 @@ std::vector<double> angles_of(const mesh::Surface& surface, const Points3& direc
     angle[at(f)] = std::atan2(y, x);
   }
   if (!none.empty()) {
-    const std::string first = face_id(none.front());
-    const std::size_t count = none.size();
-    none.resize(std::min<std::size_t>(count, 1000));
     throw_invalid(ErrorCode::kBadAngles,
-                  "The field has no direction in the plane of face " + first + " (" +
-                      std::to_string(count) +
+                  "The field has no direction in the plane of face " + face_id(none.front()) +
+                      " (" + std::to_string(none.size()) +
                       " faces in all). Give every face a vector that is not across it.",
-                  ElementKind::kFace, std::move(none));
+                  ElementKind::kFace, first_elements(none));
   }
   return angle;
 }
@@ -235,12 +233,11 @@ namespace {
 // less a full turn at corner 0, where directions begin anew.
 Index around_corner(CornerId c) { return c % 3 == 0 ? -2 : 2; }
 
-// d(h), to the nearest quarter turn.
-Index nearest_quarter(const Frames& frames, const CrossField& field, HalfedgeId h) {
-  return static_cast<Index>(std::lround(from_edge(frames, field.angle, h) / (kQuarterTurn)));
-}
-
 }  // namespace
+
+Index nearest_quarter(const Frames& frames, const CrossField& field, HalfedgeId h) {
+  return static_cast<Index>(std::lround(from_edge(frames, field.angle, h) / kQuarterTurn));
+}
 
 std::vector<Index> cone_turns(const Frames& frames, const CrossField& field) {
   const Triangles& faces = frames.surface.faces;

@@ -39,6 +39,9 @@ inline double from_edge(const Frames& frames, const std::vector<double>& angle, 
   return angle[at(h / 3)] - frames.direction[at(h)];
 }
 
+// d(h), to the nearest quarter turn.
+Index nearest_quarter(const Frames& frames, const CrossField& field, HalfedgeId h);
+
 // The field with these directions whose rotation lies in [-pi/4, pi/4] across every edge: every
 // direction goes with the nearest one. Ties are decided once per edge. Cost: O(#F).
 CrossField match_nearest(const Frames& frames, std::vector<double> angle);

@@ -5,18 +5,16 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
-#include <functional>
 #include <iterator>
-#include <limits>
 #include <queue>
 #include <string>
-#include <unordered_map>
 #include <utility>
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/plane.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/face_area.h"
+#include "flipfree/mesh/shortest_paths.h"
 #include "flipfree/numeric/dense_factors.h"
 
 namespace flipfree::field {
@@ -53,52 +51,24 @@ AngleSystem::AngleSystem(const Frames& frames, std::vector<char> held, std::vect
     char& done = anchored[at(components.of_face[f])];
     if (done == 0) held[f] = done = 1;
   }
-  unknown_.assign(held.size(), kInvalid);
-  for (std::size_t f = 0; f < held.size(); ++f) {
-    if (held[f] == 0) unknown_[f] = count_++;
+  std::vector<double> diagonal(pull_);
+  std::vector<GraphEdge<double>> edges;
+  for (HalfedgeId h = 0; at(h) < weight_.size(); ++h) {
+    diagonal[at(h / 3)] += weight_[at(h)];
+    const HalfedgeId o = adjacency.opposite[at(h)];
+    if (o > h) edges.push_back({h / 3, o / 3, weight_[at(h)], 1.0});
   }
-  if (count_ == 0) return;
-  std::vector<Eigen::Triplet<double, Index>> entries;
-  for (std::size_t face = 0; face < held.size(); ++face) {
-    const Index f = unknown_[face];
-    if (f == kInvalid) continue;
-    entries.emplace_back(f, f, pull_[face]);
-    for (HalfedgeId h = 3 * static_cast<Index>(face); h < 3 * static_cast<Index>(face) + 3; ++h) {
-      entries.emplace_back(f, f, weight_[at(h)]);
-      const HalfedgeId o = adjacency.opposite[at(h)];
-      const Index g = o == kInvalid ? kInvalid : unknown_[at(o / 3)];
-      if (g > f) entries.emplace_back(g, f, -weight_[at(h)]);
-    }
-  }
-  numeric::SparseMatrix lower(count_, count_);
-  lower.setFromTriplets(entries.begin(), entries.end());
-  cholesky_.analyze(lower, context);
-  if (!cholesky_.factorize(lower, context)) {
-    throw_not_converged(ErrorCode::kFactorizationFailed,
-                        "The field with this signature could not be computed: the mesh has "
-                        "needles beyond what 64-bit numbers hold. Improve its triangles.");
-  }
+  system_.emplace(edges, diagonal, held, context);
 }
 
-std::vector<double> AngleSystem::solve(const std::vector<double>& rotation,
-                                       const std::vector<double>& wish,
-                                       ExecutionContext& context) const {
-  std::vector<double> turned(unknown_.size(), 0.0);
-  if (count_ == 0) return turned;
-  const std::vector<HalfedgeId>& opposite = frames_.surface.adjacency().opposite;
-  Eigen::MatrixXd rhs = Eigen::MatrixXd::Zero(count_, 1);
-  for (HalfedgeId h = 0; at(h) < rotation.size(); ++h) {
-    const Index f = unknown_[at(h / 3)];
-    if (f != kInvalid && opposite[at(h)] != kInvalid) rhs(f, 0) -= weight_[at(h)] * rotation[at(h)];
-  }
-  for (std::size_t f = 0; f < wish.size(); ++f) {
-    if (unknown_[f] != kInvalid) rhs(unknown_[f], 0) += pull_[f] * wish[f];
-  }
-  const Eigen::MatrixXd x = cholesky_.solve(rhs, context);
-  for (std::size_t f = 0; f < unknown_.size(); ++f) {
-    if (unknown_[f] != kInvalid) turned[f] = x(unknown_[f], 0);
-  }
-  return turned;
+Eigen::VectorXd AngleSystem::solve(const std::vector<double>& rotation,
+                                   const std::vector<double>& wish,
+                                   ExecutionContext& context) const {
+  Eigen::VectorXd rhs = Eigen::VectorXd::Zero(std::ssize(pull_));
+  for (HalfedgeId h = 0; at(h) < rotation.size(); ++h)
+    rhs[h / 3] -= weight_[at(h)] * rotation[at(h)];
+  for (Eigen::Index f = 0; f < std::ssize(wish); ++f) rhs[f] += pull_[at(f)] * wish[at(f)];
+  return system_->solve(rhs, Eigen::VectorXd::Zero(rhs.size()), context);
 }
 
 void AngleSystem::relax(const std::vector<double>& wish, CrossField& field,
@@ -106,8 +76,9 @@ void AngleSystem::relax(const std::vector<double>& wish, CrossField& field,
   std::vector<double> offset(wish.size());
   for (std::size_t f = 0; f < wish.size(); ++f)
     offset[f] = std::remainder(wish[f] - field.angle[f], kQuarterTurn);
-  const std::vector<double> turned = solve(rotation_form(frames_, field), offset, context);
-  for (std::size_t f = 0; f < turned.size(); ++f) field.angle[f] += turned[f];
+  const Eigen::VectorXd turned = solve(rotation_form(frames_, field), offset, context);
+  for (std::size_t f = 0; f < field.angle.size(); ++f)
+    field.angle[f] += turned[static_cast<Eigen::Index>(f)];
 }
 
 void AngleSystem::descend(const std::vector<double>& wish, CrossField& field,
@@ -141,37 +112,29 @@ std::optional<std::vector<std::int64_t>> whole_solution(const Eigen::MatrixXd& a
                                                         const std::vector<std::int64_t>& b,
                                                         bool may_depend) {
   constexpr std::int64_t kMost = std::int64_t{1} << 30;  // products stay in range
-  const auto rows = at(a.rows()), count = at(a.cols());
-  // Column j: that of a, and below it which columns of a it is a sum of.
-  std::vector<std::vector<std::int64_t>> column(count, std::vector<std::int64_t>(rows + count));
-  for (std::size_t j = 0; j < count; ++j) {
-    for (std::size_t i = 0; i < rows; ++i)
-      column[j][i] = std::llround(a(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)));
-    column[j][rows + j] = 1;
-  }
-  std::vector<std::int64_t> sum(rows + count, 0);
-  std::size_t place = 0;  // columns before it have their pivots
-  for (std::size_t i = 0; i < rows; ++i) {
-    for (std::size_t j = place + 1; j < count; ++j) {
-      while (column[j][i] != 0) {  // Euclid's algorithm: the smaller one decreases
-        const std::int64_t times = column[place][i] / column[j][i];
-        for (std::size_t k = i; k < rows + count; ++k) {
-          column[place][k] -= times * column[j][k];
-          if (std::abs(column[place][k]) > kMost) return std::nullopt;
-        }
-        std::swap(column[place], column[j]);
+  using Whole = Eigen::Matrix<std::int64_t, Eigen::Dynamic, Eigen::Dynamic>;
+  const Eigen::Index rows = a.rows(), count = a.cols();
+  // The columns of a, and below them which of these each is a sum of.
+  Whole columns(rows + count, count);
+  columns << a.array().round().cast<std::int64_t>().matrix(), Whole::Identity(count, count);
+  Whole sum = Whole::Zero(rows + count, 1);
+  Eigen::Index place = 0;  // columns before it have their pivots
+  for (Eigen::Index i = 0; i < rows; ++i) {
+    for (Eigen::Index j = place + 1; j < count; ++j) {
+      while (columns(i, j) != 0) {  // Euclid's algorithm: the smaller one decreases
+        columns.col(place) -= columns(i, place) / columns(i, j) * columns.col(j);
+        if (columns.col(place).cwiseAbs().maxCoeff() > kMost) return std::nullopt;
+        columns.col(place).swap(columns.col(j));
       }
     }
-    const std::int64_t pivot = place < count ? column[place][i] : 0, left = b[i] - sum[i];
+    const std::int64_t pivot = place < count ? columns(i, place) : 0, left = b[at(i)] - sum(i);
     if (pivot == 0 && left == 0 && may_depend) continue;
     if (pivot == 0 || left % pivot != 0) return std::nullopt;
-    for (std::size_t k = 0; k < rows + count; ++k) {
-      sum[k] += left / pivot * column[place][k];
-      if (std::abs(sum[k]) > kMost) return std::nullopt;
-    }
+    sum += left / pivot * columns.col(place);
+    if (sum.cwiseAbs().maxCoeff() > kMost) return std::nullopt;
     ++place;
   }
-  return std::vector<std::int64_t>(sum.begin() + static_cast<std::ptrdiff_t>(rows), sum.end());
+  return std::vector<std::int64_t>(sum.data() + rows, sum.data() + sum.size());
 }
 
 // Raises the matching along a chain of half-edges, head to tail, by so much.
@@ -300,13 +263,10 @@ class Prescriber {
   // How often each loop crosses each chain, from right to left.
   Eigen::MatrixXd crossings(const std::vector<LoopTurn>& loops) const {
     Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(std::ssize(loops), std::ssize(chains_));
-    CrossField on{{}, std::vector<Index>(adjacency_.opposite.size(), 0)};
     for (Eigen::Index j = 0; j < matrix.cols(); ++j) {
-      add_along(surface_, chains_[at(j)], 1, on);
-      for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
-        for (const HalfedgeId h : loops[at(i)].loop) matrix(i, j) += on.matching[at(h)];
-      }
-      add_along(surface_, chains_[at(j)], -1, on);
+      const std::vector<Index> raised = raised_by(chains_[at(j)]);
+      for (Eigen::Index i = 0; i < matrix.rows(); ++i)
+        for (const HalfedgeId h : loops[at(i)].loop) matrix(i, j) += raised[at(h)];
     }
     return matrix;
   }
@@ -357,31 +317,27 @@ class Prescriber {
   void choose_turns(const AngleSystem& system) {
     if (chains_.empty()) return;
     const std::vector<double> rotation = rotation_form(frames_, field_);
+    const std::ptrdiff_t count = std::ssize(chains_);
     // The part of each chain that no turning of directions takes away: a harmonic form.
-    std::vector<std::vector<double>> harmonic;
-    for (const EdgeChain& chain : chains_) {
-      const std::vector<Index> raised = raised_by(chain);
-      std::vector<double>& form = harmonic.emplace_back();
-      for (const Index by : raised) form.push_back(by * kQuarterTurn);
-      const std::vector<double> turned = system.solve(form, {}, context_);
+    Eigen::MatrixXd harmonic(std::ssize(rotation), count);
+    for (Eigen::Index j = 0; j < count; ++j) {
+      std::vector<double> form;
+      for (const Index by : raised_by(chains_[at(j)])) form.push_back(by * kQuarterTurn);
+      const Eigen::VectorXd turned = system.solve(form, {}, context_);
       for (HalfedgeId h = 0; at(h) < form.size(); ++h) {
         const HalfedgeId o = adjacency_.opposite[at(h)];
-        if (o != kInvalid) form[at(h)] += turned[at(h / 3)] - turned[at(o / 3)];
+        harmonic(h, j) = form[at(h)] + (o == kInvalid ? 0.0 : turned[h / 3] - turned[o / 3]);
       }
     }
-    const auto product = [&](const std::vector<double>& a, const std::vector<double>& b) {
-      double sum = 0.0;
-      for (std::size_t h = 0; h < a.size(); ++h) sum += system.weight()[h] * a[h] * b[h];
-      return sum;
-    };
-    const std::ptrdiff_t count = std::ssize(chains_);
+    using Form = Eigen::Map<const Eigen::VectorXd>;
+    const Form weight(system.weight().data(), harmonic.rows());
     Eigen::MatrixXd gram(count, count);
     Eigen::VectorXd share(count);
     for (Eigen::Index i = 0; i < count; ++i) {
-      share[i] = product(harmonic[at(i)], rotation);
-      for (Eigen::Index j = 0; j <= i; ++j)
-        gram(i, j) = gram(j, i) = product(harmonic[at(i)], harmonic[at(j)]);
       context_.check();
+      const Eigen::VectorXd weighted = weight.cwiseProduct(harmonic.col(i));
+      gram.row(i) = weighted.transpose() * harmonic;
+      share[i] = weighted.dot(Form(rotation.data(), harmonic.rows()));
     }
     const Eigen::VectorXd by = numeric::solve_symmetric(gram, -share);
     for (std::size_t j = 0; j < chains_.size(); ++j) {
@@ -418,82 +374,25 @@ namespace {
 constexpr double kSpread = 0.05;
 constexpr double kFarther = 4.0;
 
-class Mover {
- public:
-  Mover(const mesh::Surface& surface, const std::vector<char>& held,
-        const ExecutionContext& context)
-      : surface_(surface), adjacency_(surface.adjacency()), held_(held), context_(context) {}
-
-  bool is_inside(VertexId v) const {
-    const HalfedgeId h = adjacency_.vertex_halfedge[at(v)];
-    return h != kInvalid && adjacency_.opposite[at(h)] != kInvalid;
-  }
-
-  struct Found {
-    double distance = 0.0;
-    std::vector<HalfedgeId> path;  // from the start to it; empty: nothing was found
-  };
-  // The nearest vertex that is wanted, up to `most` away.
-  Found nearest(VertexId from, double most,
-                const std::function<bool(VertexId, double)>& wanted) const {
-    std::unordered_map<VertexId, std::pair<double, HalfedgeId>> reached;
-    using Entry = std::pair<double, VertexId>;
-    std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
-    reached[from] = {0.0, kInvalid};
-    queue.push({0.0, from});
-    std::size_t done = 0;
-    while (!queue.empty()) {
-      const auto [distance, v] = queue.top();
-      queue.pop();
-      if (distance > reached[v].first) continue;
-      if (++done % 1024 == 0) context_.check();
-      if (v != from && wanted(v, distance)) return {distance, path_to(reached, v)};
-      const HalfedgeId first = adjacency_.vertex_halfedge[at(v)];
-      HalfedgeId h = first;
-      do {
-        const VertexId w = mesh::target(surface_.faces, h);
-        const double further =
-            distance + (surface_.vertices.row(w) - surface_.vertices.row(v)).norm();
-        const auto known = reached.find(w);
-        if (further <= most && is_open(h) && is_inside(w) &&
-            (known == reached.end() || further < known->second.first)) {
-          reached[w] = {further, h};
-          queue.push({further, w});
-        }
-        h = mesh::rotate_ccw(adjacency_, h);
-      } while (h != first);
-    }
-    return {};
-  }
-
- private:
-  bool is_open(HalfedgeId h) const {
-    return held_[at(h / 3)] == 0 || held_[at(adjacency_.opposite[at(h)] / 3)] == 0;
-  }
-  std::vector<HalfedgeId> path_to(
-      const std::unordered_map<VertexId, std::pair<double, HalfedgeId>>& reached,
-      VertexId v) const {
-    std::vector<HalfedgeId> path;
-    for (HalfedgeId h = reached.at(v).second; h != kInvalid;
-         h = reached.at(mesh::source(surface_.faces, h)).second)
-      path.push_back(h);
-    std::reverse(path.begin(), path.end());
-    return path;
-  }
-
-  const mesh::Surface& surface_;
-  const mesh::Adjacency& adjacency_;
-  const std::vector<char>& held_;
-  const ExecutionContext& context_;
-};
-
 }  // namespace
 
 Simplified simplify(const Frames& frames, const std::vector<char>& held,
                     const SimplifyOptions& options, CrossField& field, ExecutionContext& context) {
   const mesh::Surface& surface = frames.surface;
+  const mesh::Adjacency& adjacency = surface.adjacency();
   std::vector<Index> cones = cone_turns(frames, field);
-  const Mover mover(surface, held, context);
+  const auto is_inside = [&](VertexId v) {
+    const HalfedgeId h = adjacency.vertex_halfedge[at(v)];
+    return h != kInvalid && adjacency.opposite[at(h)] != kInvalid;
+  };
+  // Quarter turns are moved along edges inside, and not between two faces that are held.
+  std::vector<double> length(adjacency.opposite.size(), mesh::ShortestPaths::kUnreached);
+  for (HalfedgeId h = 0; at(h) < length.size(); ++h) {
+    const VertexId a = mesh::source(surface.faces, h), b = mesh::target(surface.faces, h);
+    if (!is_inside(a) || !is_inside(b)) continue;
+    if (held[at(h / 3)] != 0 && held[at(adjacency.opposite[at(h)] / 3)] != 0) continue;
+    length[at(h)] = (surface.vertices.row(b) - surface.vertices.row(a)).norm();
+  }
   const double extent = std::sqrt(mesh::area_of(surface));
   const double reach = options.reach * extent;
   const double spread = kSpread * extent;
@@ -504,25 +403,42 @@ Simplified simplify(const Frames& frames, const std::vector<char>& held,
     --cones[at(from)];
     ++cones[at(to)];
   };
-  // Nearest pairs first. Each move brings two cones nearer to 4, so there is an end; what was found
-  // before its partner was used up is looked for anew.
+  // A vertex that is wanted, as near as there is one.
   struct Pair {
     double distance;
     VertexId from;
-    std::vector<HalfedgeId> path;
+    std::vector<HalfedgeId> path;  // from there to it; empty: there is none
     bool operator<(const Pair& other) const {
       return distance != other.distance ? distance > other.distance : from > other.from;
     }
   };
+  const auto paths_from = [&](VertexId v, double most) {
+    mesh::ShortestPaths paths(surface.faces, adjacency, length, most);
+    paths.add_source(v);
+    paths.grow(context);
+    return paths;
+  };
+  const auto nearest = [&](VertexId from, const mesh::ShortestPaths& paths, const auto& wanted) {
+    Pair found{mesh::ShortestPaths::kUnreached, from, {}};
+    VertexId to = from;
+    for (VertexId v = 0; at(v) < cones.size(); ++v) {
+      if (!(paths.distance(v) < found.distance) || !wanted(v)) continue;
+      found.distance = paths.distance(v);
+      to = v;
+    }
+    for (; to != from; to = paths.before(to)) found.path.push_back(paths.arrival(to));
+    std::reverse(found.path.begin(), found.path.end());
+    return found;
+  };
+  // Nearest pairs first. Each move brings two cones nearer to 4, so there is an end; what was found
+  // before its partner was used up is looked for anew.
   std::priority_queue<Pair> pairs;
   const auto look = [&](VertexId v) {
-    context.check();
-    Mover::Found found =
-        mover.nearest(v, reach, [&](VertexId w, double) { return cones[at(w)] < 4; });
-    if (!found.path.empty()) pairs.push({found.distance, v, std::move(found.path)});
+    Pair found = nearest(v, paths_from(v, reach), [&](VertexId w) { return cones[at(w)] < 4; });
+    if (!found.path.empty()) pairs.push(std::move(found));
   };
   for (VertexId v = 0; reach > 0.0 && at(v) < cones.size(); ++v) {
-    if (cones[at(v)] > 4 && mover.is_inside(v)) look(v);
+    if (cones[at(v)] > 4 && is_inside(v)) look(v);
   }
   while (!pairs.empty()) {
     const Pair pair = pairs.top();
@@ -535,25 +451,23 @@ Simplified simplify(const Frames& frames, const std::vector<char>& held,
     if (cones[at(pair.from)] > 4) look(pair.from);
   }
   for (VertexId v = 0; at(v) < cones.size(); ++v) {
-    while (cones[at(v)] < options.least_turns && mover.is_inside(v)) {
-      context.check();
+    while (cones[at(v)] < options.least_turns && is_inside(v)) {
       // A cone that has too many, else a regular vertex at some distance; three are left there.
-      Mover::Found found =
-          mover.nearest(v, kFarther * spread, [&](VertexId w, double) { return cones[at(w)] > 4; });
+      const mesh::ShortestPaths near = paths_from(v, kFarther * spread);
+      Pair found = nearest(v, near, [&](VertexId w) { return cones[at(w)] > 4; });
       const bool regular = found.path.empty();
       for (double least = spread; found.path.empty() && least > 1e-3 * spread; least *= 0.5) {
-        found = mover.nearest(v, kFarther * spread, [&](VertexId w, double distance) {
-          return cones[at(w)] == 4 && distance >= least;
-        });
+        found = nearest(v, near,
+                        [&](VertexId w) { return cones[at(w)] == 4 && near.distance(w) >= least; });
       }
       // On coarse meshes there is none so near.
       if (found.path.empty()) {
-        found = mover.nearest(v, std::numeric_limits<double>::infinity(),
-                              [&](VertexId w, double) { return cones[at(w)] >= 4; });
+        found = nearest(v, paths_from(v, mesh::ShortestPaths::kUnreached),
+                        [&](VertexId w) { return cones[at(w)] >= 4; });
       }
       if (found.path.empty()) break;
       std::vector<HalfedgeId> back(found.path.rbegin(), found.path.rend());
-      for (HalfedgeId& h : back) h = surface.adjacency().opposite[at(h)];
+      for (HalfedgeId& h : back) h = adjacency.opposite[at(h)];
       move(mesh::target(surface.faces, found.path.back()), v, back);
       ++(regular ? result.spread : result.cancelled);
     }

@@ -11,7 +11,7 @@
 
 #include "flipfree/base/context.h"
 #include "flipfree/field/cross_field.h"
-#include "flipfree/numeric/cholesky/cholesky.h"
+#include "flipfree/field/graph_system.h"
 
 namespace flipfree::field {
 
@@ -35,8 +35,8 @@ class AngleSystem {
   // Turns the directions of `rotation` (3 #F, antisymmetric) so that sum w rotation^2 is least:
   // rotation(h) changes by turned(f) - turned(g); and, per face, pull (turned - wish)^2; no
   // wishes: 0. Result: turned, per face.
-  std::vector<double> solve(const std::vector<double>& rotation, const std::vector<double>& wish,
-                            ExecutionContext& context) const;
+  Eigen::VectorXd solve(const std::vector<double>& rotation, const std::vector<double>& wish,
+                        ExecutionContext& context) const;
   // Changes field.angle alone so that this is least; a wish means any of its four directions.
   void relax(const std::vector<double>& wish, CrossField& field, ExecutionContext& context) const;
   // A field near to this one that needs less rotation: relaxed, matched anew with the nearest, and
@@ -49,9 +49,7 @@ class AngleSystem {
   const Frames& frames_;
   std::vector<double> weight_;
   std::vector<double> pull_;
-  std::vector<Index> unknown_;
-  Index count_ = 0;
-  numeric::SparseCholesky cholesky_;
+  std::optional<GraphSystem<double>> system_;
 };
 
 // `cones`: quarter turns per vertex, 4 where the field is regular, 2 on the boundary. Of a boundary
@@ -82,7 +80,7 @@ struct Simplified {
 
 // Changes the matching, and the directions to the smoothest that go with it, but for faces that are
 // `held` (flags). Nothing moves across the boundary, or along edges whose faces are both held.
-// Cost: a search around every cone, and a factorization if anything was moved.
+// Cost: O(#V) and a search for every cone, and a factorization if anything was moved.
 Simplified simplify(const Frames& frames, const std::vector<char>& held,
                     const SimplifyOptions& options, CrossField& field, ExecutionContext& context);
 

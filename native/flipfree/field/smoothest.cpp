@@ -5,40 +5,32 @@
 #include <cmath>
 #include <cstddef>
 #include <numbers>
-#include <tuple>
+#include <optional>
 #include <utility>
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/lists.h"
+#include "flipfree/field/graph_system.h"
 #include "flipfree/mesh/adjacency.h"
 #include "flipfree/mesh/face_area.h"
-#include "flipfree/numeric/cholesky/cholesky.h"
 #include "flipfree/numeric/dense_factors.h"
 
 namespace flipfree::field {
 
 namespace {
 
-// The smoothness of cross fields as a quadratic form (Knoeppel, Crane, Pinkall, Schroeder 2013,
-// "Globally Optimal Direction Fields", with one number per face instead of per vertex).
-//
 // A cross in face f is the complex number u = exp(4 i angle(f)): its four directions have one.
 // Across an edge it is carried by a unit number, t = exp(4 i (direction(h) - direction(o))), and
-//
-//   E(u) = sum over edges of w |u_f - t u_g|^2,  w: edge_weights()
+// smooth is what makes E of graph_system.h small, with edge_weights().
 
 // Crosses, and what ties them together: those of connected faces, or coarser ones.
 struct CrossGraph {
-  struct Edge {
-    Index f, g;  // nodes, f < g
-    double weight;
-    std::complex<double> carry;  // t: from g to f
-    bool operator<(const Edge& other) const { return std::tie(f, g) < std::tie(other.f, other.g); }
-  };
+  using Edge = GraphEdge<std::complex<double>>;
   std::vector<Edge> edges;   // sorted by f, then g
   std::vector<double> area;  // of each node; sum about 1
   std::vector<double> bent;  // of |u|^2, per node: what no u can have less
 };
+using FieldSystem = GraphSystem<std::complex<double>>;
 // A component of the surface: its nodes are these faces, ascending.
 struct FaceGraph : CrossGraph {
   std::vector<FaceId> faces;
@@ -81,80 +73,6 @@ std::vector<FaceGraph> face_graphs(const Frames& frames) {
   }
   return graphs;
 }
-
-// E + (diagonal) as a matrix over the nodes that are not fixed, factorized.
-class FieldSystem {
- public:
-  // `diagonal`: per node, added to E. `fixed`: flags. False if it is not positive definite to
-  // working precision.
-  bool factorize(const CrossGraph& graph, const std::vector<double>& diagonal,
-                 const std::vector<char>& fixed, ExecutionContext& context) {
-    unknown_.assign(graph.area.size(), kInvalid);
-    count_ = 0;
-    for (std::size_t f = 0; f < fixed.size(); ++f) {
-      if (fixed[f] == 0) unknown_[f] = count_++;
-    }
-    std::vector<double> own(at(count_), 0.0);
-    for (std::size_t f = 0; f < fixed.size(); ++f) {
-      if (fixed[f] == 0) own[at(unknown_[f])] = graph.bent[f] + diagonal[f];
-    }
-    to_fixed_.clear();
-    std::vector<Eigen::Triplet<double, Index>> entries;
-    const auto add_block = [&](Index f, Index g, const std::complex<double>& value) {
-      entries.emplace_back(2 * g, 2 * f, value.real());
-      entries.emplace_back(2 * g + 1, 2 * f, -value.imag());
-      if (f != g) entries.emplace_back(2 * g, 2 * f + 1, value.imag());
-      entries.emplace_back(2 * g + 1, 2 * f + 1, value.real());
-    };
-    for (const CrossGraph::Edge& e : graph.edges) {
-      const Index f = unknown_[at(e.f)], g = unknown_[at(e.g)];
-      if (f != kInvalid) own[at(f)] += e.weight;
-      if (g != kInvalid) own[at(g)] += e.weight;
-      if (f == kInvalid || g == kInvalid) {
-        if (f != g) to_fixed_.push_back(e);
-      } else {
-        add_block(f, g, -e.weight * e.carry);
-      }
-    }
-    for (Index f = 0; f < count_; ++f) add_block(f, f, own[at(f)]);
-    if (count_ == 0) return true;
-    numeric::SparseMatrix lower(2 * count_, 2 * count_);
-    lower.setFromTriplets(entries.begin(), entries.end());
-    cholesky_.analyze(lower, context);
-    return cholesky_.factorize(lower, context);
-  }
-  // The u that minimises E(u) + sum of diagonal |u|^2 - 2 Re(conj(rhs) u), where fixed nodes keep
-  // what `given` has there; rhs and given per node.
-  Crosses solve(const Crosses& rhs, const Crosses& given, ExecutionContext& context) const {
-    Crosses own(count_);
-    for (std::size_t f = 0; f < unknown_.size(); ++f) {
-      if (unknown_[f] != kInvalid) own[unknown_[f]] = rhs[static_cast<Eigen::Index>(f)];
-    }
-    for (const CrossGraph::Edge& e : to_fixed_) {
-      if (unknown_[at(e.f)] != kInvalid) {
-        own[unknown_[at(e.f)]] += e.weight * e.carry * given[e.g];
-      } else {
-        own[unknown_[at(e.g)]] += e.weight * std::conj(e.carry) * given[e.f];
-      }
-    }
-    Crosses result = given;
-    if (count_ == 0) return result;
-    const Eigen::Map<const Eigen::MatrixXd> flat(reinterpret_cast<const double*>(own.data()),
-                                                 2 * count_, 1);
-    const Eigen::MatrixXd x = cholesky_.solve(flat, context);
-    for (std::size_t f = 0; f < unknown_.size(); ++f) {
-      const Index i = unknown_[f];
-      if (i != kInvalid) result[static_cast<Eigen::Index>(f)] = {x(2 * i, 0), x(2 * i + 1, 0)};
-    }
-    return result;
-  }
-
- private:
-  std::vector<Index> unknown_;  // per node; kInvalid if fixed
-  Index count_ = 0;
-  std::vector<CrossGraph::Edge> to_fixed_;  // edges with a fixed end
-  numeric::SparseCholesky cholesky_;
-};
 
 // A graph of crosses with about half as many nodes: neighbours that are tied closest are taken for
 // one, whose crosses are parallel. What is topological about a smooth field is decided far above
@@ -252,12 +170,6 @@ constexpr int kStepsBetweenChecks = 3;
 // Of the eigenvalue: the vector is where the flow begins.
 constexpr double kResidual = 1e-2;
 
-[[noreturn]] void fail() {
-  throw_not_converged(ErrorCode::kFactorizationFailed,
-                      "The smoothest cross field could not be computed: the mesh has needles "
-                      "beyond what 64-bit numbers hold. Improve its triangles.");
-}
-
 Eigen::Map<const Eigen::VectorXd> areas_of(const CrossGraph& graph) {
   return {graph.area.data(), static_cast<Eigen::Index>(graph.area.size())};
 }
@@ -299,7 +211,7 @@ Eigenvectors least_eigenvectors(const CrossGraph& graph, const FieldSystem& syst
     projected(k, k + 1) = projected(k + 1, k) = beta;
     basis.col(k + 1) = next / beta;
   }
-  fail();
+  throw InternalError("Lanczos' iteration ends with its last step");
 }
 
 void to_unit_length(Crosses& u) {
@@ -341,13 +253,16 @@ Crosses settled(const CrossGraph& graph, const Asked& asked, const FieldSystem& 
 }
 
 Crosses flow(const CrossGraph& graph, const Asked& asked, ExecutionContext& context) {
-  std::vector<double> diagonal(asked.weight);
-  for (std::size_t i = 0; i < diagonal.size(); ++i) diagonal[i] += graph.area[i] / kFlowArea;
-  FieldSystem system;
-  {
-    const ProgressRange range(context, 0.0, 0.5);
-    if (!system.factorize(graph, diagonal, asked.held, context)) fail();
+  std::vector<double> diagonal;
+  for (std::size_t i = 0; i < graph.area.size(); ++i)
+    diagonal.push_back(graph.bent[i] + (asked.weight[i] + graph.area[i] / kFlowArea));
+  for (const CrossGraph::Edge& e : graph.edges) {
+    diagonal[at(e.f)] += e.weight;
+    diagonal[at(e.g)] += e.weight;
   }
+  std::optional<ProgressRange> range(std::in_place, context, 0.0, 0.5);
+  const FieldSystem system(graph.edges, diagonal, asked.held, context);
+  range.reset();
   const auto run = [&](Crosses u) {
     to_unit_length(u);
     return settled(graph, asked, system, std::move(u), context);
