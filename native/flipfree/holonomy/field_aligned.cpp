@@ -151,17 +151,13 @@ void check_cones(const Aligning& to) {
   seamless::check_request(to.surface, cones, to.context);
 }
 
-// Of each refined face the geometric mean of its parent's corners.
-std::vector<double> size_of_faces(const certify::Parametrization& map, const mesh::Surface& input,
-                                  const std::vector<double>& sizing) {
-  std::vector<double> size;
-  if (sizing.empty()) return size;
-  for (const FaceId f : map.parent_face) {
-    double sum = 0.0;
-    for (int k = 0; k < 3; ++k) sum += std::log(sizing[at(input.faces(f, k))]) / 3.0;
-    size.push_back(std::exp(sum));
-  }
-  return size;
+// The geometric mean of the sizing at a face's corners.
+double mean_sizing(const mesh::Surface& surface, FaceId f, const Vector3& weight,
+                   const std::vector<double>& sizing) {
+  double sum = 0.0;
+  for (int k = 0; k < 3; ++k)
+    if (weight[k] > 0.0) sum += weight[k] * std::log(sizing[at(surface.faces(f, k))]);
+  return std::exp(sum);
 }
 
 // Loops of the refined surface that generate its homology, and those along its boundaries, with the
@@ -220,34 +216,15 @@ void add_angles(const distortion::CutMap& cut, const std::vector<double>& direct
                 const Points2& uv, const ExecutionContext& context, Stats& stats) {
   const Points2 off = distortion::angles_off(cut, direction, uv, context);
   std::vector<std::pair<double, double>> sorted;
-  double mean = 0.0, area = 0.0;
-  for (Eigen::Index f = 0; f < off.rows(); ++f) {
-    sorted.emplace_back(off(f, 0), off(f, 1));
-    mean += off(f, 0) * off(f, 1);
-    area += off(f, 1);
-  }
+  for (const auto& face : off.rowwise()) sorted.emplace_back(face[0], face[1]);
   std::sort(sorted.begin(), sorted.end());
+  const double area = off.col(1).sum();
   double below = 0.0;
   std::size_t i = 0;
   while (i + 1 < sorted.size() && below + sorted[i].second < 0.95 * area)
     below += sorted[i++].second;
-  stats["angle_mean"] = mean / area;
+  stats["angle_mean"] = off.col(0).dot(off.col(1)) / area;
   stats["angle_p95"] = sorted[i].first;
-}
-
-// Per face of the refinement: quarter turns from its parent's direction to the one that is chosen.
-std::vector<Index> choose(const Refinement& refined, const mesh::EdgeFlags& cuts,
-                          const std::vector<Index>& quarters) {
-  std::vector<Index> turned(refined.parent_face.size(), 0);
-  mesh::for_each_face_across(
-      refined.surface.adjacency(), [&](HalfedgeId h, HalfedgeId) { return cuts[at(h)] == 0; },
-      [&](HalfedgeId h, HalfedgeId o) {
-        const HalfedgeId side = refined.input_halfedge(h);
-        // This face's direction goes with the neighbour's, turned by so many quarters.
-        const Index across = side == kInvalid ? 0 : quarters[at(side)];
-        turned[at(o / 3)] = (turned[at(h / 3)] + across) % 4;
-      });
-  return turned;
 }
 
 // A unit vector of the face, `angle` from its first edge, in the map; any positive length.
@@ -298,13 +275,20 @@ void turn_towards(const mesh::Surface& surface, const std::vector<double>& direc
 // along `cuts`, the surface consists of disks without cones inside. Cost: O(#F).
 std::vector<double> combed_directions(const Refinement& refined, const mesh::EdgeFlags& cuts,
                                       const field::CrossField& field) {
-  const std::vector<Index> turned =
-      choose(refined, cuts, field::quarters_across(refined.input, field));
+  // Per face: quarter turns from its parent's direction to the one that is chosen.
+  std::vector<Index> turned(refined.parent_face.size(), 0);
+  const std::vector<Index> quarters = field::quarters_across(refined.input, field);
+  mesh::for_each_face_across(
+      refined.surface.adjacency(), [&](HalfedgeId h, HalfedgeId) { return cuts[at(h)] == 0; },
+      [&](HalfedgeId h, HalfedgeId o) {
+        const HalfedgeId side = refined.input_halfedge(h);
+        // This face's direction goes with the neighbour's, turned by so many quarters.
+        const Index across = side == kInvalid ? 0 : quarters[at(side)];
+        turned[at(o / 3)] = (turned[at(h / 3)] + across) % 4;
+      });
   const Points3 of_parent = field::directions_of(refined.input, field.angle);
-  Points3 own(static_cast<Eigen::Index>(turned.size()), 3);
-  for (FaceId f = 0; at(f) < turned.size(); ++f)
-    own.row(f) = of_parent.row(refined.parent_face[at(f)]);
-  std::vector<double> angle = field::angles_of(refined.surface, own);
+  std::vector<double> angle =
+      field::angles_of(refined.surface, of_parent(refined.parent_face, Eigen::all));
   for (std::size_t f = 0; f < turned.size(); ++f) angle[f] += turned[f] * kQuarterTurn;
   return angle;
 }
@@ -341,7 +325,9 @@ certify::Parametrization aligned_map(seamless::PennerMap found, const mesh::Surf
     const ProgressRange range(context, 0.0, kAlignmentShare);
     distortion::AlignOptions align;
     align.direction = direction;
-    align.size = size_of_faces(map, to.surface, options.sizing);
+    for (std::size_t f = 0; f < map.parent_face.size() && !options.sizing.empty(); ++f)
+      align.size.push_back(mean_sizing(to.surface, map.parent_face[f], Vector3::Constant(1.0 / 3.0),
+                                       options.sizing));
     align.max_iterations = options.max_iterations;
     try {
       if (features.empty()) {
@@ -350,8 +336,6 @@ certify::Parametrization aligned_map(seamless::PennerMap found, const mesh::Surf
         distortion::FeatureAlignment met =
             distortion::align_with_features(cut, align, features, context, stats);
         map.uv = distortion::corners_of(cut, met.uv);
-        stats["features.along_field"] = static_cast<std::int64_t>(features.size());
-        stats["features.met"] = static_cast<std::int64_t>(met.features.size());
         finish.straight = std::move(met.features);
       }
     } catch (...) {
@@ -379,7 +363,6 @@ seamless::PennerMap simplified_engine_map(const Aligning& to) {
     found = engine_map(to);
   }
   const auto added = found.map.surface.vertices.rows() - to.surface.vertices.rows();
-  found.map.stats["engine.added_vertices"] = static_cast<std::int64_t>(added);
   found.map.stats["energy.engine"] = found.map.certificate.energy;
   if (!to.options.optimise || added == 0) return found;
   const ProgressRange range(to.context, kEngineShare, kTakenBackShare);
@@ -445,7 +428,6 @@ seamless::PennerMap map_without_side_chords(const Aligning& to) {
   const std::int64_t chords = pieces.surface.vertices.rows() - to.surface.vertices.rows();
   Stats& stats = found.map.stats;
   stats["divided_chords"] = chords;
-  stats["engine.added_vertices"] = std::get<std::int64_t>(stats["engine.added_vertices"]) + chords;
   found.cones = to.needed.cones;
   return found;
 }
@@ -491,11 +473,8 @@ std::vector<double> carried_sizing(const mesh::Surface& surface, const mesh::Pro
                                    const std::vector<double>& sizing) {
   std::vector<double> carried;
   for (const mesh::SurfacePoint& point : provenance.vertex) {
-    double sum = 0.0;
-    for (int k = 0; k < 3 && point.face != kInvalid; ++k)
-      if (point.weight[k] > 0.0)
-        sum += point.weight[k] * std::log(sizing[at(surface.faces(point.face, k))]);
-    carried.push_back(std::exp(sum));
+    const bool placed = point.face != kInvalid;
+    carried.push_back(placed ? mean_sizing(surface, point.face, point.weight, sizing) : 1.0);
   }
   return carried;
 }

@@ -30,10 +30,7 @@ class Border {
     for (CornerId c = 0; at(c) < frames.corner.size(); ++c)
       angle_[at(source(c))] += frames.corner[at(c)] / kQuarterTurn;
     for (const auto& loop : loops_) {
-      for (const HalfedgeId h : loop) {
-        quarter_[at(h)] = static_cast<Index>(
-            std::lround(field::from_edge(frames, field.angle, h) / kQuarterTurn));
-      }
+      for (const HalfedgeId h : loop) quarter_[at(h)] = field::nearest_quarter(frames, field, h);
     }
     cones_ = field::cone_turns(frames, field);
   }
