@@ -58,7 +58,7 @@ struct SeamlessOptions {
 // (request.h), or free; kAlignedOrFree: free on connected parts that find no map with an
 // aligned one and have no corners given, counted in "freed_boundaries". What an aligned boundary
 // would flatten is divided (parts.h), counted in "divided_chords". Result: certified with
-// G4, cut_edges along the seams' branches with their exact transitions; refined where the layout of
+// G4, cut_edges with their exact transitions; refined where the layout of
 // the metric needs it. Connected parts are one chart each, all at the scale of the surface, in rows
 // around the origin; but parts that no grid of 32-bit values holds at that scale, or where it finds
 // no map, are enlarged (parts.h), counted in "enlarged_islands". Stats: those of the
@@ -81,7 +81,7 @@ certify::Parametrization map_with_suggested_cones(const mesh::Surface& surface,
 using Strips = std::vector<std::pair<std::vector<HalfedgeId>, Index>>;
 
 // An engine's map, valid in 64 bits, as it is stored: optimised and exact as the options say,
-// certified, with branches and transitions. The second half of compute_seamless_map().
+// certified, with transitions. The second half of compute_seamless_map().
 certify::Parametrization finish_map(PennerMap found, const mesh::Surface& surface,
                                     const Strips& strips, const SeamlessOptions& options,
                                     ExecutionContext& context);

@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <functional>
-#include <optional>
 #include <utility>
 
 #include "flipfree/base/error.h"
@@ -427,24 +425,9 @@ class Halver {
   std::vector<char> boundary_;      // per edge
 };
 
-// The disk's own metric; nothing where doubles lead to no Delaunay triangulation.
-std::optional<ConformalMetric> own_metric(const mesh::Surface& disk,
-                                          const std::vector<double>& angle,
-                                          ExecutionContext& context) {
-  conformal::EngineInput input = conformal::input_of(disk);
-  input.target = angle;
-  const auto engine = make_engine(input, 53, context);
-  if (!engine->started()) return {};
-  ConformalMetric metric;
-  engine->finish(metric, false, context);
-  return metric;
-}
-
-// The disk's metric goes on to these angles; false, and it is anywhere, if it does not reach them.
-using Way = std::function<bool(CarriedMetric& metric)>;
-
 // By way of angles between the disk's own and the targets, each met by conformal changes and the
-// metric brought nearer before the next: so its scale never spans more than doubles hold.
+// metric brought nearer before the next: so its scale never spans more than doubles hold. False,
+// and the metric is anywhere, if it does not reach them.
 bool go_stepwise(const PennerTargets& targets, CarriedMetric& metric, ExecutionContext& context) {
   constexpr double kFirstShare = 0.25, kLeastShare = 1.0 / 256.0;  // of the way, tried at once
   constexpr Nearing kOnTheWay{kNearlyMet, 8, 10.0};
@@ -472,30 +455,33 @@ bool go_stepwise(const PennerTargets& targets, CarriedMetric& metric, ExecutionC
   return true;
 }
 
-// `angle`: per vertex, total.
+// From the disk's own metric at once or, where that does not reach the targets, in steps. `angle`:
+// per vertex, total.
 ConformalMetric compute_disk_metric(const mesh::Surface& disk, const std::vector<double>& angle,
                                     ExecutionContext& context) {
+  constexpr int kNewtonSteps = 60;
   const PennerTargets targets{angle, {}};
-  const auto go_at_once = [&](CarriedMetric& metric) {
-    constexpr int kNewtonSteps = 60;
-    return metric.meet(targets, Meeting::kShortest, {kNearlyMet, kNewtonSteps}, context).end ==
-           PennerEnd::kConverged;
-  };
-  const Way ways[] = {go_at_once,
-                      [&](CarriedMetric& metric) { return go_stepwise(targets, metric, context); }};
-  if (auto own = own_metric(disk, angle, context)) {
-    const CarriedMetric start(*own, targets, {own->mesh, {}}, context);
-    for (const Way& way : ways) {
-      if (!start.started()) break;
-      CarriedMetric metric = start;
-      if (!way(metric)) continue;
-      // All angles from where they are nearly met.
-      const PennerRun run = metric.meet(targets, Meeting::kConformal, {}, context);
-      if (run.end != PennerEnd::kConverged) continue;
-      metric.append_to(*own, context);
-      own->angle_error = run.error;
-      return std::move(*own);
-    }
+  conformal::EngineInput input = conformal::input_of(disk);
+  input.target = angle;
+  const auto engine = make_engine(input, 53, context);
+  for (const bool at_once : {true, false}) {
+    if (!engine->started()) break;
+    ConformalMetric own;
+    engine->finish(own, false, context);
+    CarriedMetric metric(own, targets, {own.mesh, {}}, context);
+    if (!metric.started()) break;
+    const bool nearly_met =
+        at_once
+            ? metric.meet(targets, Meeting::kShortest, {kNearlyMet, kNewtonSteps}, context).end ==
+                  PennerEnd::kConverged
+            : go_stepwise(targets, metric, context);
+    if (!nearly_met) continue;
+    // All angles from where they are nearly met.
+    const PennerRun run = metric.meet(targets, Meeting::kConformal, {}, context);
+    if (run.end != PennerEnd::kConverged) continue;
+    metric.append_to(own, context);
+    own.angle_error = run.error;
+    return own;
   }
   throw_not_converged(ErrorCode::kLineSearchStalled,
                       "The metric of a piece of the surface was not reached. Merge vertices that "

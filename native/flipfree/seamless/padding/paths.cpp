@@ -203,10 +203,6 @@ DiskBoundary::DiskBoundary(Canvas& drawn_on)
     halfedges.push_back(h);
     h = canvas.sector_of(next_corner(h));
   } while (h != start);
-  for (HalfedgeId d = 0; d < mesh.halfedge_slots(); ++d) {
-    if (canvas.is_drawn(d) && place[at(d)] == kInvalid)
-      throw InternalError("the curves do not cut the surface into one disk");
-  }
   Index corners = 0;
   Index branches = 0;
   for (Index i = 0; i < size(); ++i) {
@@ -293,8 +289,7 @@ void SheetSearch::cross(HalfedgeId h, Index before, Index from, double gathered,
   known->second = way.length;
   const auto [nearest, is_first] = nearest_.try_emplace(v, way.length);
   if (!is_first) nearest->second = std::min(nearest->second, way.length);
-  queue_.emplace_back(way.length + left_[at(v)], static_cast<Index>(ways_.size()));
-  std::push_heap(queue_.begin(), queue_.end(), std::greater<>());
+  queue_.emplace(way.length + left_[at(v)], static_cast<Index>(ways_.size()));
   ways_.push_back(way);
 }
 
@@ -305,12 +300,11 @@ void SheetSearch::run(const std::function<void(const Way&)>& arrive, const doubl
   };
   call();
   constexpr int kWaysPerCheck = 512;
-  for (int step = 1; !queue_.empty() && queue_.front().first < limit; ++step) {
+  for (int step = 1; !queue_.empty() && queue_.top().first < limit; ++step) {
     if (step % kWaysPerCheck == 0) canvas_.context().check();
     if (ways_.size() > cover_.most * at(canvas_.vertex_count())) break;
-    std::pop_heap(queue_.begin(), queue_.end(), std::greater<>());
-    const Index index = queue_.back().second;
-    queue_.pop_back();
+    const Index index = queue_.top().second;
+    queue_.pop();
     const Way way = ways_[at(index)];
     // A shorter one may have come.
     if (shortest_.at(label(way.arrival, way.gathered)) < way.length) continue;

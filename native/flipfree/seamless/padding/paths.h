@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <queue>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -89,8 +90,6 @@ class Canvas {
   void erase_all();
   // Splits edges of a chain of drawn half-edges until it has `edges`; returns its vertices.
   std::vector<VertexId> divide(const std::vector<HalfedgeId>& chain, std::size_t edges);
-  // Puts a free vertex on an edge that is not drawn.
-  VertexId halve(HalfedgeId h) { return split(h); }
   // Undraws every fence. The refinement stays.
   void remove_fences();
 
@@ -129,8 +128,7 @@ struct PathEnds {
 };
 
 struct DiskBoundary {
-  // Throws InternalError if the curves do not cut the canvas, which must outlive this, into one
-  // disk. Cost: O(#F).
+  // The curves cut the canvas, which must outlive this, into one disk. Cost: O(#F).
   explicit DiskBoundary(Canvas& drawn_on);
 
   Canvas& canvas;
@@ -197,8 +195,9 @@ class SheetSearch {
   std::vector<Way> ways_;
   std::unordered_map<std::int64_t, double> shortest_;  // per vertex and sheet
   std::unordered_map<VertexId, double> nearest_;       // per vertex, the shortest way to it
-  std::vector<std::pair<double, Index>> queue_;        // a heap by length and what is left
-  std::vector<Way> arrivals_;                          // not called yet
+  using Entry = std::pair<double, Index>;              // by length and what is left
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue_;
+  std::vector<Way> arrivals_;  // not called yet
 };
 
 // By how much curves on a canvas turn in angles such that the surface is flat but for its cones:

@@ -18,6 +18,9 @@ namespace flipfree::seamless {
 namespace {
 
 constexpr std::size_t kEdgesPerBranch = 4;
+// Vertices that a cut may have more than the input. Branches that wind around few cones again and
+// again double the refinement each time.
+constexpr Index kMostAdded = 2'000'000;
 
 // The half-edges of the branch that begins with h.
 std::vector<HalfedgeId> walk_branch(const Canvas& canvas, HalfedgeId h) {
@@ -396,14 +399,14 @@ std::set<Index> next_changes(const std::vector<Index>& cones, Index wanted) {
 }
 
 // Changes what one branch is asked for; false if the shortest detour was not enough.
-bool reroute_branch(Canvas& canvas, Index change, Index most_added, Vertices& branch) {
+bool reroute_branch(Canvas& canvas, Index change, Vertices& branch) {
   for (bool first = true;; first = false) {
     canvas.context().check();
-    if (canvas.vertex_count() - static_cast<Index>(canvas.cones().size()) > most_added) {
+    if (canvas.vertex_count() - static_cast<Index>(canvas.cones().size()) > kMostAdded) {
       throw_not_converged(
           ErrorCode::kIterationLimit,
           "The branches of the cut wind around the cones so often that it has more than " +
-              std::to_string(most_added) +
+              std::to_string(kMostAdded) +
               " vertices more than the surface. Take a field that turns less along the handles, or "
               "with more cones.");
     }
@@ -446,8 +449,7 @@ std::size_t reroute(BranchGraph& graph, const std::vector<Ending>& endings,
   for (std::size_t i = 0; i < loops.size(); ++i) {
     if (change[i] == 0) continue;
     Vertices& branch = graph.branches[at(loops[i].front() / 2)].vertices;
-    ++(reroute_branch(graph.canvas, change[i], wished.most_added, branch) ? done.shortest
-                                                                          : done.fallback);
+    ++(reroute_branch(graph.canvas, change[i], branch) ? done.shortest : done.fallback);
   }
   graph.divide();
   const std::vector<Index> now = wished_turns(graph, loops, wished.turning);

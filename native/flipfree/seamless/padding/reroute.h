@@ -108,14 +108,11 @@ struct Reroutings {
 // What a cut shall turn like, and the notes about it.
 struct WishedTurns {
   LoopTurning turning;
-  // What crossing each half-edge adds to the angles around its source (paths.h) in
-  // angles in which loops turn as `turning` says: less the rotation of a field across it. The
-  // chain is drawn straight along it; empty: its curves are as short as they can be.
+  // What crossing each half-edge adds to the angles around its source (paths.h) in angles in which
+  // loops turn as `turning` says: less the rotation of a field across it. The chain is drawn
+  // straight along it; empty: its curves are as short as they can be.
   std::vector<double> crossings;
   Reroutings* done = nullptr;  // added to; never null
-  // Vertices that a cut may have more than the input. Branches that wind around few cones again and
-  // again double the refinement each time.
-  Index most_added = 2'000'000;
 };
 
 // Reroutes branches so that loops turn as wished when the cut ends in one of the ways `endings`:
