@@ -65,6 +65,13 @@ namespace {
 // All edges with both ends on one side cut the surface into pieces. What one of them encloses with
 // the side is a disk if its piece is one whose boundary has, beside it, only edges of the side and
 // edges that enclose smaller disks.
+
+// The largest disk that is divided: so many faces, and so many more per edge of the side. Beside
+// larger ones the layout of the metric refines with less distortion (7200 and 24 200 faces beyond
+// one edge: energies of 4.69 and 4.87, divided 5.18 and 5.31).
+constexpr Index kLeastFaces = 1000;
+constexpr Index kFacesPerEdge = 16;
+
 class ChordFinder {
  public:
   ChordFinder(const mesh::Surface& surface, const std::vector<Index>& cones)
@@ -92,23 +99,26 @@ class ChordFinder {
     cut_into_pieces(between);
     // Disks that lie in others come before them.
     std::sort(candidates.begin(), candidates.end());
-    std::vector<char> encloses(at(count), 0);
+    std::vector<Index> enclosed(at(count), 0);  // faces of the disk left of a half-edge
     for (const auto& [edges, h] : candidates) {
       const HalfedgeId o = adjacency_.opposite[at(h)];
       const Piece& own = pieces_[at(piece_of_.of_face[at(h / 3)])];
-      const bool closed = encloses[at(o)] != 0;  // is what lies beyond h a disk?
+      const bool closed = enclosed[at(o)] > 0;  // is what lies beyond h a disk?
+      const Index faces = own.faces + own.enclosed - enclosed[at(o)];
       if (own.euler() != 1 || own.open != (closed ? 0 : 1) ||
-          own.side_edges != edges + (closed ? edges_behind(o) : 0))
+          own.side_edges != edges + (closed ? edges_behind(o) : 0) ||
+          faces > kLeastFaces + kFacesPerEdge * edges)
         continue;
-      encloses[at(h)] = 1;
+      enclosed[at(h)] = faces;
       Piece& beyond = pieces_[at(piece_of_.of_face[at(o / 3)])];
       --beyond.open;
       beyond.side_edges += edges;
+      beyond.enclosed += faces;
     }
     std::vector<HalfedgeId> chords;
     for (HalfedgeId h = 0; h < count; ++h) {
       const HalfedgeId o = adjacency_.opposite[at(h)];
-      if (o > h && (encloses[at(h)] != 0 || encloses[at(o)] != 0)) chords.push_back(h);
+      if (o > h && (enclosed[at(h)] > 0 || enclosed[at(o)] > 0)) chords.push_back(h);
     }
     return chords;
   }
@@ -120,8 +130,9 @@ class ChordFinder {
   };
   struct Piece {
     Index vertices = 0, faces = 0, border = 0;
-    Index open = 0;        // of its border edges: with no disk known beyond them
-    Index side_edges = 0;  // edges of the boundary, those of the disks beyond it included
+    Index open = 0;  // of its border edges: with no disk known beyond them
+    // Edges of the boundary, those of the disks beyond it included, and the faces of these.
+    Index side_edges = 0, enclosed = 0;
 
     Index euler() const { return vertices - (3 * faces + border) / 2 + faces; }
   };

@@ -44,7 +44,8 @@ struct DividedSides {
 
 // One half-edge of each inner edge that a straight boundary flattens: it cuts a disk off the
 // surface, in which no vertex of the boundary is a corner. `cones`: quarter turns per vertex, 2
-// where the boundary is straight; any number of components. Cost: O(#F), and sorting them.
+// where the boundary is straight; any number of components. Only small disks are looked for. Cost:
+// O(#F), and sorting them.
 std::vector<HalfedgeId> side_chords(const mesh::Surface& surface, const std::vector<Index>& cones);
 
 // Nothing if there are no such `chords`. `cones`: quarter turns per vertex; `uncuttable`: edges of
