@@ -7,9 +7,9 @@
 
 namespace flipfree::unwrap {
 
-// Turns the map to the smallest rectangle that bounds it (by CGAL, of the convex hull),
-// wider than high, with its lower left corner at the origin.
-void turn_to_smallest_rectangle(Points2& uv);
+// The turn (cosine, sine) after which the smallest rectangle around the points (by CGAL, of the
+// convex hull) lies along the axes, wider than high; (1, 0) where all are on a line.
+Vector2 turn_to_smallest_rectangle(const Points2& points);
 
 // With u negated.
 Points2 mirror_image(const Points2& uv);

@@ -232,14 +232,7 @@ class Placing {
       const Vector2 axis = options_.rotation == Rotation::kStraight
                                ? straight_axis(outlines_of({largest}, uv_))
                                : Vector2::Zero();
-      if (axis.x() > 0.0) {
-        turn = scale * axis;
-      } else {
-        // The turn that turn_to_smallest_rectangle gives the largest chart, fitted to its points.
-        Points2 turned = uv_[largest];
-        turn_to_smallest_rectangle(turned);
-        turn = scale * fit_similarity(uv_[largest], turned).linear.normalized();
-      }
+      turn = scale * (axis.x() > 0.0 ? axis : turn_to_smallest_rectangle(uv_[largest]));
     }
     for (const std::size_t c : members)
       if (turn != Vector2(1.0, 0.0)) uv_[c] = moved({turn, Vector2::Zero()}, uv_[c]);
@@ -514,8 +507,8 @@ class Placing {
       for (const std::size_t c : items[i]) {
         Points2 own = uv[c].rowwise() - low[i].transpose();
         if (nested) {
-          own = (own / unit).rowwise() - middles[i].transpose();
-          uv[c] = layout.poses[i](own, layout.scale).rowwise() + tile.transpose();
+          own = layout.scale * ((own / unit).rowwise() - middles[i].transpose());
+          uv[c] = moved(layout.poses[i], own).rowwise() + tile.transpose();
         } else {
           uv[c] = (side_by_side.scale * own).rowwise() + side_by_side.corner[i].transpose();
         }

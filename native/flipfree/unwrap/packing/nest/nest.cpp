@@ -195,7 +195,7 @@ class Nester {
     for (std::size_t i = 0; i < filling.place.size(); ++i) {
       const auto& [turn, cell, cost] = filling.place[i];
       const Vector2 centre = Vector2(cell.x, cell.y) + masks[i][at(turn)].origin;
-      layout.poses.push_back({centre / cells_, turns_[i][at(turn)]});
+      layout.poses.push_back({turns_[i][at(turn)], centre / cells_});
     }
     return layout;
   }
@@ -387,7 +387,7 @@ constexpr double kLeastGrowth = 1e-4;
 constexpr double kLookWork = 20.0;  // per corner and beside its near edges, in pushes
 
 struct Body {
-  Pose pose;
+  Similarity pose;
   double radius = 0.0;
   double light = 0.0;  // 1 / mass; 0: fixed
   double loose = 0.0;  // 1 / moment of inertia; 0: does not turn
@@ -437,7 +437,7 @@ class Dynamics {
 
   Vector2 place_of(Index corner) const {
     const Vector2& local = outlines_.corners[at(corner)];
-    return body_of(corner).light > 0.0 ? body_of(corner).pose(local, scale_) : local;
+    return body_of(corner).light > 0.0 ? body_of(corner).pose(scale_ * local) : local;
   }
 
   // Finds the corners and edges of different bodies that may come too near each other until the
@@ -472,8 +472,8 @@ class Dynamics {
     const double lacks = (1.0 + kCare) * least_ - gap;
     if (!(lacks > 0.0) || !(gap > 0.0)) return;
     const Vector2 away = (p - foot) / gap;
-    const double lever_a = cross(p - a.pose.centre, away) / scale_;
-    const double lever_b = cross(foot - b.pose.centre, away) / scale_;
+    const double lever_a = cross(p - a.pose.translation, away) / scale_;
+    const double lever_b = cross(foot - b.pose.translation, away) / scale_;
     const double weight =
         a.light + a.loose * lever_a * lever_a + b.light + b.loose * lever_b * lever_b;
     const double push =
@@ -494,10 +494,10 @@ class Dynamics {
   void move(Body& body, double push, const Vector2& away, double lever) {
     if (body.light == 0.0) return;
     body.moved += push * reach_of(body, lever);
-    body.pose.centre += body.light * push * away;
+    body.pose.translation += body.light * push * away;
     const double angle = body.loose * push * lever / scale_;
-    const Vector2 t = body.pose.turn;
-    body.pose.turn = Vector2(t.x() - angle * t.y(), t.y() + angle * t.x()).normalized();
+    const Vector2 t = body.pose.linear;
+    body.pose.linear = Vector2(t.x() - angle * t.y(), t.y() + angle * t.x()).normalized();
   }
 
   double margin_;
@@ -536,13 +536,14 @@ Layout inflate(const std::vector<Shape>& shapes, const NestOptions& options, Lay
 
 // The only shape in an empty tile: as square as it may turn, in the lower left corner.
 Layout nest_alone(const Shape& shape, const NestOptions& options) {
-  Pose pose;
-  if (may_turn(shape, options.rotation)) pose.turn = squarest_turn(shape);
-  const Eigen::AlignedBox2d box = box_of(shape.loops, pose);
+  Similarity pose;
+  if (may_turn(shape, options.rotation)) pose.linear = squarest_turn(shape);
+  const Eigen::AlignedBox2d box = box_of(shape.loops, pose.linear);
   const double extent = box.sizes().maxCoeff() + 2.0 * shape.slack;
   const double most = (1.0 - options.margin) / extent;
   const double scale = options.scale > 0.0 ? std::min(options.scale, most) : most;
-  pose.centre = Vector2::Constant(0.5 * options.margin + scale * shape.slack) - scale * box.min();
+  pose.translation =
+      Vector2::Constant(0.5 * options.margin + scale * shape.slack) - scale * box.min();
   return {{pose}, scale};
 }
 

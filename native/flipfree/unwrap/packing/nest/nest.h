@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "flipfree/base/context.h"
+#include "flipfree/base/plane.h"
 #include "flipfree/unwrap/packing/nest/shape.h"
 
 namespace flipfree::unwrap {
@@ -26,8 +27,8 @@ inline bool may_turn(const Shape& shape, Rotation rotation) {
 }
 
 struct Layout {
-  std::vector<Pose> poses;
-  double scale = 0.0;  // 0: none was found
+  std::vector<Similarity> poses;  // p, once scaled, goes to its pose's p: turned and moved
+  double scale = 0.0;             // 0: none was found
 };
 
 // All gaps are at least the margin; no scale below 0.7 is looked for. Deterministic, the same for

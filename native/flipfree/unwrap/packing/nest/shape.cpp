@@ -11,6 +11,7 @@
 #include <tuple>
 #include <utility>
 
+#include "flipfree/base/lists.h"
 #include "flipfree/base/plane.h"
 
 namespace flipfree::unwrap {
@@ -151,9 +152,9 @@ Loop triangle_of(const Points2& corners, Eigen::Index i) {
   return loop;
 }
 
-Eigen::AlignedBox2d box_of(const std::vector<Loop>& loops, const Pose& pose) {
+Eigen::AlignedBox2d box_of(const std::vector<Loop>& loops, const Vector2& turn) {
   Eigen::AlignedBox2d box;
-  for (const Loop& loop : loops) box.extend(bounds_of(pose(loop, 1.0)));
+  for (const Loop& loop : loops) box.extend(bounds_of(moved({turn, Vector2::Zero()}, loop)));
   return box;
 }
 
@@ -184,11 +185,11 @@ Vector2 squarest_turn(const Shape& shape) {
   Vector2 best(1.0, 0.0);
   for (int i = 0; i < kTurns; ++i) {
     const double angle = kQuarterTurn * i / kTurns;
-    const Pose pose{Vector2::Zero(), {std::cos(angle), std::sin(angle)}};
-    const double side = box_of(shape.loops, pose).sizes().maxCoeff();
+    const Vector2 turn(std::cos(angle), std::sin(angle));
+    const double side = box_of(shape.loops, turn).sizes().maxCoeff();
     if (!(side < least)) continue;
     least = side;
-    best = pose.turn;
+    best = turn;
   }
   return best;
 }
@@ -198,24 +199,23 @@ namespace {
 // Against rounding of what touches a cell's edge, in cells.
 constexpr double kTouchingCare = 1e-9;
 
-// The largest x of the points within `radius` of the segment whose y is in [low, high], where some
-// are: at the height of the end that is farther right, or at the height nearest to that, as what is
-// within the radius is convex.
-double rightmost(const Vector2& a, const Vector2& b, double radius, double low, double high) {
-  const double y = std::clamp(a.x() > b.x() ? a.y() : b.y(), low, high);
-  double x = -std::numeric_limits<double>::infinity();
-  for (const Vector2& p : {a, b}) {
-    const double square = radius * radius - (y - p.y()) * (y - p.y());
-    if (square >= 0.0) x = std::max(x, p.x() + std::sqrt(square));
+// The right border of the points within `radius` of a segment: at a side parallel to it, or around
+// the end beyond that.
+struct RightBorder {
+  Vector2 low, high;  // the ends
+  double radius;
+  Vector2 side = high - low;
+  Vector2 begin = low + Vector2(side.y(), -side.x()) * (radius / std::max(side.norm(), 1e-300));
+
+  // The largest x where y is in [bottom, top], where some of the points are: they are convex.
+  double largest(double bottom, double top) const {
+    const double y = std::clamp(low.x() > high.x() ? low.y() : high.y(), bottom, top);
+    const double rise = y - begin.y();
+    if (rise > 0.0 && rise < side.y()) return begin.x() + side.x() / side.y() * rise;
+    const Vector2& end = rise <= 0.0 ? low : high;
+    return end.x() + std::sqrt(std::max(0.0, radius * radius - (y - end.y()) * (y - end.y())));
   }
-  // The side on the right, from the lower end to the upper one.
-  const Vector2 side = a.y() < b.y() ? Vector2(b - a) : Vector2(a - b);
-  if (side.y() < 1e-12) return x;
-  const Vector2 foot =
-      (a.y() < b.y() ? a : b) + Vector2(side.y(), -side.x()) * (radius / side.norm());
-  const double along = (y - foot.y()) / side.y();
-  return along >= 0.0 && along <= 1.0 ? std::max(x, foot.x() + along * side.x()) : x;
-}
+};
 
 // Cells as they are drawn, in any order: a row's from the first to the last.
 struct Drawing {
@@ -229,21 +229,24 @@ struct Drawing {
     if (run.first <= run.last) runs.emplace_back(row, run);
   }
 
-  Mask mask() && {
-    std::sort(runs.begin(), runs.end(), [](const auto& a, const auto& b) {
-      return std::pair(a.first, a.second.first) < std::pair(b.first, b.second.first);
+  Mask mask() const {
+    Lists<Run> rows(at(height), [&](const auto& add) {
+      for (const auto& [row, run] : runs) add(row, run);
     });
-    Mask mask{width, height};
-    for (const auto& [row, run] : runs) {
-      const bool begins = static_cast<int>(mask.row_begin.size()) <= row;
-      mask.row_begin.resize(at(row + 1), static_cast<int>(mask.runs.size()));
-      if (begins || run.first > mask.runs.back().last + 1) {
-        mask.runs.push_back(run);
-      } else {
-        mask.runs.back().last = std::max(mask.runs.back().last, run.last);
+    Mask mask{width, height, {0}};
+    for (int row = 0; row < height; ++row) {
+      std::sort(rows[row].begin(), rows[row].end(),
+                [](const Run& a, const Run& b) { return a.first < b.first; });
+      const std::size_t begin = mask.runs.size();
+      for (const Run& run : rows[row]) {
+        if (mask.runs.size() > begin && run.first <= mask.runs.back().last + 1) {
+          mask.runs.back().last = std::max(mask.runs.back().last, run.last);
+        } else {
+          mask.runs.push_back(run);
+        }
       }
+      mask.row_begin.push_back(static_cast<int>(mask.runs.size()));
     }
-    mask.row_begin.resize(at(height + 1), static_cast<int>(mask.runs.size()));
     return mask;
   }
 };
@@ -289,15 +292,15 @@ void draw_inside(const std::vector<Loop>& loops, Drawing& drawing) {
 // Every cell that a point within `radius` of the segment lies in. All in cells.
 void draw_segment(const Vector2& a, const Vector2& b, double radius, Drawing& drawing) {
   const double reach = radius + kTouchingCare;
-  const double low = std::min(a.y(), b.y()) - reach;
-  const double high = std::max(a.y(), b.y()) + reach;
-  const int first = static_cast<int>(std::clamp(std::floor(low), 0.0, drawing.height + 0.0));
-  const int last = static_cast<int>(std::clamp(std::floor(high), -1.0, drawing.height - 1.0));
-  const Vector2 mirrored_a(-a.x(), a.y()), mirrored_b(-b.x(), b.y());
+  const Vector2 &low = a.y() < b.y() ? a : b, &high = a.y() < b.y() ? b : a;
+  const RightBorder right{low, high, reach};
+  const RightBorder left{{-low.x(), low.y()}, {-high.x(), high.y()}, reach};
+  const double bottom = low.y() - reach, top = high.y() + reach;
+  const int first = static_cast<int>(std::clamp(std::floor(bottom), 0.0, drawing.height + 0.0));
+  const int last = static_cast<int>(std::clamp(std::floor(top), -1.0, drawing.height - 1.0));
   for (int row = first; row <= last; ++row) {
-    const double bottom = std::max(low, row + 0.0), top = std::min(high, row + 1.0);
-    drawing.add(row, -rightmost(mirrored_a, mirrored_b, reach, bottom, top),
-                rightmost(a, b, reach, bottom, top));
+    const double from = std::max(bottom, row + 0.0), to = std::min(top, row + 1.0);
+    drawing.add(row, -left.largest(from, to), right.largest(from, to));
   }
 }
 
@@ -308,7 +311,7 @@ Mask drawn(const std::vector<Loop>& loops, double radius, int width, int height)
     for (Eigen::Index i = 0; i < loop.rows(); ++i)
       draw_segment(loop.row(i), loop.row((i + 1) % loop.rows()), radius, drawing);
   }
-  return std::move(drawing).mask();
+  return drawing.mask();
 }
 
 }  // namespace
@@ -322,7 +325,7 @@ Mask draw_shape(const Shape& shape, const Vector2& turn, double scale, double ra
   Eigen::AlignedBox2d box;
   std::vector<Loop> loops;
   for (const Loop& loop : shape.loops)
-    box.extend(bounds_of(loops.emplace_back(Pose{Vector2::Zero(), turn}(loop, scale))));
+    box.extend(bounds_of(loops.emplace_back(moved({scale * turn, Vector2::Zero()}, loop))));
   const Vector2 care = Vector2::Constant(radius + 2.0 * kTouchingCare);
   const Vector2 origin = care - box.min();
   for (Loop& loop : loops) loop.rowwise() += origin.transpose();

@@ -40,20 +40,6 @@ struct Shape {
   bool upright = false;  // the islands' outlines run along the axes (straight_axis)
 };
 
-// Where an item lies: p -> scale turn p + centre, with one scale for all.
-struct Pose {
-  Vector2 centre = Vector2::Zero();
-  Vector2 turn = Vector2(1.0, 0.0);  // cosine and sine
-  Vector2 operator()(const Vector2& p, double scale) const {
-    return {scale * (turn.x() * p.x() - turn.y() * p.y()) + centre.x(),
-            scale * (turn.y() * p.x() + turn.x() * p.y()) + centre.y()};
-  }
-  Loop operator()(Loop loop, double scale) const {
-    for (auto p : loop.rowwise()) p = (*this)(Vector2(p), scale).transpose();
-    return loop;
-  }
-};
-
 // Rows i to i + 2 of triangles' corners, counter-clockwise.
 Loop triangle_of(const Points2& corners, Eigen::Index i);
 
@@ -119,8 +105,8 @@ Eigen::AlignedBox2d bounds_of(const Eigen::MatrixBase<Rows>& uv) {
   return {uv.colwise().minCoeff().transpose(), uv.colwise().maxCoeff().transpose()};
 }
 
-// Around all of them, posed at scale 1.
-Eigen::AlignedBox2d box_of(const std::vector<Loop>& loops, const Pose& pose = {});
+// Around all of them, turned.
+Eigen::AlignedBox2d box_of(const std::vector<Loop>& loops, const Vector2& turn = {1.0, 0.0});
 // The turn by less than a quarter after which the square around the shape, sides along the axes, is
 // smallest, up to a quarter of a degree. Cost: 360 times the corners.
 Vector2 squarest_turn(const Shape& shape);
