@@ -36,11 +36,9 @@ void fuzz_unwrap(Bytes bytes) {
       options.pins.push_back({c, Vector2(u, bytes.number())});
     }
   }
-  Points2 former;
   if ((wishes & 32) != 0) {
-    former.resize(3 * surface.faces.rows(), 2);
-    for (double& x : former.reshaped()) x = bytes.number();
-    options.place_like = &former;
+    options.place_like.emplace(3 * surface.faces.rows(), 2);
+    for (double& x : options.place_like->reshaped()) x = bytes.number();
   }
   ExecutionContext context;
   certify::Parametrization map;

@@ -176,10 +176,11 @@ STEP("_ZN8flipfree10distortion16round_to_storageERKN5Eigen6MatrixIiLin1ELi3ELi1E
   return stored;
 }
 
-STEP("_ZN8flipfree6unwrap26turn_to_smallest_rectangleERN5Eigen6MatrixIdLin1ELi2ELi1ELin1ELi2EEE", void,
-     rectangle, Points2& uv) {
-  real_rectangle(uv);
-  if (poisons(kRectangle)) spoil_matrix(uv);
+STEP("_ZN8flipfree6unwrap26turn_to_smallest_rectangleERKN5Eigen6MatrixIdLin1ELi2ELi1ELin1ELi2EEE",
+     Vector2, rectangle, const Points2& uv) {
+  Vector2 turn = real_rectangle(uv);
+  if (poisons(kRectangle)) turn.x() = kNaN;
+  return turn;
 }
 
 STEP("_ZN8flipfree6unwrap15pack_rectanglesERKSt6vectorIN5Eigen6MatrixIdLi2ELi1ELi0ELi2ELi1EEESaIS4_EERKNS0_11RoomOptionsE",

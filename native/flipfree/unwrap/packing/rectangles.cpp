@@ -257,6 +257,8 @@ double fitting_margin(double margin, std::size_t count) {
 
 Placement pack_rectangles(const std::vector<Vector2>& sizes, const RoomOptions& options) {
   if (sizes.empty()) return {};
+  if (!std::ranges::all_of(sizes, [](const Vector2& size) { return size.allFinite(); }))
+    throw_not_converged(ErrorCode::kCertificateFailed, "The map of an island has no finite size.");
   const double margin = fitting_margin(options.margin, sizes.size());
   const double wanted =
       options.scale > 0.0 ? options.scale : std::numeric_limits<double>::infinity();
