@@ -100,10 +100,13 @@ class Unwrapping {
       islands_ = std::move(found.islands);
       lap("seconds_islands");
     } else {
-      islands_ = make_islands(working_, seams, uncuttable_, context_,
-                              {.pinned = pinned_vertices(surface_, options_.pins)});
-      if (options_.cut_extremities && options_.pins.empty())
-        slit_to_extremities(islands_, working_, uncuttable_, context_);
+      {
+        const ProgressRange range(context_, 0.02, 0.05);
+        islands_ = make_islands(working_, seams, uncuttable_, context_,
+                                {.pinned = pinned_vertices(surface_, options_.pins)});
+        if (options_.cut_extremities && options_.pins.empty())
+          slit_to_extremities(islands_, working_, uncuttable_, context_);
+      }
       lap("seconds_islands");
       const ProgressRange range(context_, 0.05, 0.92);
       uv_ = flatten_islands(islands_, working_, uncuttable_, pins_by_chart(islands_, options_.pins),
