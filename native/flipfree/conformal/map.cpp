@@ -194,13 +194,17 @@ ConformalMapResult map_of(const mesh::Surface& surface, const std::vector<double
   intrinsic::MetricLayout layout;
   {
     const ProgressRange range(context, 0.3, 0.8);
+    intrinsic::Refinement refinement = options.refinement;
     const auto lay_out = [&] {
-      layout = intrinsic::lay_out_metric(surface, *overlay, cuts, options.refinement, context);
+      layout = intrinsic::lay_out_metric(surface, *overlay, cuts, refinement, context);
     };
     lay_out();
     if (options.spread > 0.0 && !layout.map.invalid.empty()) {
       map.stats["spread_faces"] = static_cast<std::int64_t>(layout.map.invalid.size());
       intrinsic::spread_crossings(options.spread, overlay->overlay.trace);
+      lay_out();
+    } else if (refinement == intrinsic::Refinement::kAuto && !layout.map.invalid.empty()) {
+      refinement = intrinsic::Refinement::kClosely;
       lay_out();
     }
   }

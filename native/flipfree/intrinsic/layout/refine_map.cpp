@@ -169,8 +169,10 @@ class MapRefiner {
       bad.resize(triangles_.size());
       std::iota(bad.begin(), bad.end(), 0);
     }
-    activate(std::move(bad), by_cells_);
-    if (refinement == Refinement::kAuto) thin_out();
+    std::vector<double> gaps = {by_cells_ ? kFinestGap : kLeastGap};
+    if (refinement == Refinement::kClosely) gaps.push_back(kFinestGap);
+    activate(std::move(bad), gaps);
+    if (!by_cells_) thin_out();
     return write();
   }
 
@@ -320,21 +322,21 @@ class MapRefiner {
     return changed;
   }
 
-  // Adds the points of bad faces until every face has a triangulation or nothing is left to add.
-  // Every face enters the queue at most once more than it has edges.
-  void activate(std::vector<FaceId> queue, bool all) {
+  // Adds the points of bad faces, the nearer ones where the others do not do, until every face has
+  // a triangulation or nothing is left to add. Every face enters the queue at most once more than
+  // it has edges.
+  void activate(std::vector<FaceId> queue, const std::vector<double>& gaps) {
     std::vector<char> waiting(triangles_.size(), 0), failed(triangles_.size(), 0);
     for (const FaceId f : queue) waiting[at(f)] = 1;
     for (std::size_t i = 0; i < queue.size(); ++i) {
       if (i % 256 == 0) context_.check();
       const FaceId f = queue[i];
       waiting[at(f)] = 0;
-      bool done = !all && triangulate(f);
-      for (const double gap : {kLeastGap, kFinestGap}) {
-        if (done || (all && gap != kFinestGap)) continue;
+      bool done = !by_cells_ && triangulate(f);
+      for (std::size_t attempt = 0; !done && attempt < gaps.size(); ++attempt) {
         for (Index k = 0; k < 3; ++k) {
           const HalfedgeId h = 3 * f + k;
-          if (!activate_edge(h, gap)) continue;
+          if (!activate_edge(h, gaps[attempt])) continue;
           const HalfedgeId o = opposite(h);
           if (o != kInvalid && !waiting[at(o / 3)]) {
             waiting[at(o / 3)] = 1;

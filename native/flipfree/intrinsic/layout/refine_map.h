@@ -72,9 +72,10 @@ IndexPairs edges_on(const Triangles& faces, const EdgePointMap& map, const mesh:
 std::string find_broken_invariant(const mesh::Surface& input, const RefinedLayout& layout);
 
 enum class Refinement {
-  kAuto,   // only where needed
-  kNever,  // the input's triangles, valid or not
-  kFull    // every point, whether needed or not
+  kAuto,    // only where needed
+  kNever,   // the input's triangles, valid or not
+  kFull,    // every point, whether needed or not
+  kClosely  // as kAuto, with points however near each other where others do not do
 };
 
 // Cost: O(#F + points) plus O(k^3) per triangulated polygon of k points, k small after thinning.
