@@ -182,8 +182,9 @@ def test_a_map_that_fails_its_certificate_is_not_written(part, monkeypatch):
 
 
 def test_every_code_of_the_solver_has_a_text_for_users(part):
-    source = (REPOSITORY / "native/flipfree/base/error.cpp").read_text()
-    codes = set(re.findall(r'return "([^"]+)";', source)) - {"unknown error"}
+    source = (REPOSITORY / "native/flipfree/base/error.h").read_text()
+    codes = set(re.findall(r'CODE\(k\w+, "([^"]+)"\)', source))
+    assert codes
     assert codes <= set(part("errors").TEXTS)
     of_python = {
         "out of memory",

@@ -338,7 +338,8 @@ struct Certifier {
   }
 
   void check_features() {
-    if (request.features.rows() == 0) return;
+    // Without provenance edges of the input cannot be looked up.
+    if (request.features.rows() == 0 || provenance.failures > 0) return;
     std::vector<Index> missed;
     for (const Form& form : forms) {
       const std::vector<Index> own =

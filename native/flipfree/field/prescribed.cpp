@@ -413,6 +413,7 @@ Simplified simplify(const Frames& frames, const std::vector<char>& held,
     }
   };
   const auto paths_from = [&](VertexId v, double most) {
+    context.check();
     mesh::ShortestPaths paths(surface.faces, adjacency, length, most);
     paths.add_source(v);
     paths.grow(context);

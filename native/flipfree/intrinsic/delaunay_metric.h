@@ -163,7 +163,9 @@ class DelaunayMetric {
     for (std::size_t i = 0; i < at(record.plain.count); ++i) {
       T& length = length_[at(edges[i])];
       before_[i] = length;
-      if constexpr (kRule == FlipRule::kPtolemy) {
+      if (i > 0 && type == FlipType::kInterior) {
+        length = length_[at(edges[0])];  // of the mirror image
+      } else if constexpr (kRule == FlipRule::kPtolemy) {
         length = ptolemy_flip(mesh_, length_, edges[i]);
       } else {
         length = euclidean_flip(mesh_, length_, edges[i]);

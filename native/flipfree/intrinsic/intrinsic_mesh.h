@@ -53,7 +53,6 @@ struct FlipMesh {
   std::vector<VertexId> origin;
 
   static constexpr HalfedgeId opposite(HalfedgeId h) { return h ^ 1; }
-  static constexpr EdgeId edge(HalfedgeId h) { return h >> 1; }
   static constexpr HalfedgeId halfedge(EdgeId e) { return 2 * e; }
 
   std::size_t halfedge_count() const { return next.size(); }

@@ -265,9 +265,11 @@ using Spot = std::complex<long double>;
 long double dot_product(const Spot& a, const Spot& b) { return (std::conj(a) * b).real(); }
 long double cross_product(const Spot& a, const Spot& b) { return (std::conj(a) * b).imag(); }
 
+// With Kahan's height: without it, one needle would cost all lengths their trust.
 Spot apex_over(const FlipMesh& mesh, const std::vector<long double>& length, HalfedgeId h) {
-  const Apex<long double> apex(mesh, length, h);
-  return {apex.along, apex.height};
+  const auto of = [&](HalfedgeId side) { return length[at(side >> 1)]; };
+  const long double a = of(mesh.next_of(h)), b = of(mesh.previous(h)), c = of(h);
+  return {(c + (b - a) * ((b + a) / c)) / 2, quadruple_area(a, b, c) / (2 * c)};
 }
 
 // Euclidean lengths on the Delaunay start; none if they cannot be trusted: a flip keeps the area of
@@ -277,15 +279,18 @@ std::vector<long double> start_lengths(const FlippedMetric& metric,
   std::vector<long double> length = widened(metric.initial_length);
   FlipMesh mesh = metric.initial;
   bool trusted = true;
-  const auto twice_area = [&](EdgeId e) {
-    return length[at(e)] *
-           (apex_over(mesh, length, 2 * e).imag() + apex_over(mesh, length, 2 * e + 1).imag());
+  // From the apex on the right to the one on the left.
+  const auto between = [&](EdgeId e) {
+    const Spot left = apex_over(mesh, length, 2 * e), right = apex_over(mesh, length, 2 * e + 1);
+    return Spot(left.real() - (length[at(e)] - right.real()), left.imag() + right.imag());
   };
   replay_flips(metric.flips, 0, metric.euclidean_flips, context, [&](EdgeId e) {
-    const long double before = twice_area(e);
-    length[at(e)] = euclidean_flip(mesh, length, e);
+    const Spot diagonal = between(e);
+    const long double before = length[at(e)] * diagonal.imag();
+    length[at(e)] = std::hypot(diagonal.real(), diagonal.imag());
     flip_edge(mesh, e);
-    trusted = trusted && std::abs(twice_area(e) - before) <= kAreaTolerance * before;
+    const long double after = length[at(e)] * between(e).imag();
+    trusted = trusted && std::abs(after - before) <= kAreaTolerance * before;
   });
   if (!trusted) length.clear();
   return length;
@@ -315,6 +320,7 @@ constexpr Between kNowhere{-1.0, 0.0};  // a place that is not known
 void follow_line(const FlipMesh& mesh, const std::vector<long double>& length,
                  const CurveStart& start, std::span<Crossing> crossings,
                  std::vector<std::array<Spot, 2>>& ends) {
+  if (crossings.empty()) return;
   ends.clear();
   // The start lies at the origin, the side before the line on the x axis.
   Spot p = length[at(start.halfedge >> 1)];

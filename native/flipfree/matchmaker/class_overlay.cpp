@@ -7,7 +7,6 @@
 
 #include "flipfree/base/parallel.h"
 #include "flipfree/base/random.h"
-#include "flipfree/distortion/energy/energy.h"
 #include "flipfree/intrinsic/overlay.h"
 #include "flipfree/matchmaker/coarsen.h"
 #include "flipfree/matchmaker/mesh_overlay.h"
@@ -355,7 +354,7 @@ void simplify_one_way(Triangles& faces, Points2& from, Points2& to, Index held,
 // triangulations, as Surazhsky and Gotsman 2004 simplify them.)
 //
 // Precondition: both sides of `plane` are flip-free; the vertices below `held`, the boundary's
-// among them, stay where they are in both planes, all others are kInvalid in plane.vertex.
+// among them, stay where they are in both planes. plane.vertex is all kInvalid afterwards.
 // Guarantee: no vertex more; both sides are flip-free afterwards by exact test. Cost: up to a
 // millisecond per vertex.
 void simplify_plane_map(PlaneMap& plane, Index held, ExecutionContext& context) {

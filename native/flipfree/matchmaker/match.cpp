@@ -124,7 +124,7 @@ std::vector<Way> ways_for(const Problem& problem) {
 // way leads there. Stats: those of the ways, "ways_out_of_time" (ways whose share of the time was
 // over).
 Solution solve(const Problem& problem, ExecutionContext& context, Stats& stats) {
-  if (problem.overlapping()) full_target(problem.surface, problem.constraints, context);
+  if (problem.overlapping()) check_target(problem.surface, problem.constraints, context);
   const std::vector<Way> ways = ways_for(problem);
   double all = 0;
   for (const Way& way : ways) all += way.progress;

@@ -454,4 +454,13 @@ Target full_target(const mesh::RefinedSurface& surface, const Constraints& const
   return target;
 }
 
+void check_target(const mesh::RefinedSurface& surface, const Constraints& constraints,
+                  const ExecutionContext& context) {
+  SheetTarget sheets = sheet_target(surface, constraints, context);
+  const std::map<VertexId, Index> corner = insert_pins(sheets);
+  Index mark = TargetDomain::kFixedEdge + static_cast<Index>(constraints.paths.size());
+  for (const auto& [a, b] : constraints.edges)
+    insert_line(sheets.domain, constraints, corner.at(a), corner.at(b), ++mark);
+}
+
 }  // namespace flipfree::matchmaker

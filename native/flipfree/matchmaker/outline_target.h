@@ -21,6 +21,11 @@ struct Target {
 Target full_target(const mesh::RefinedSurface& surface, const Constraints& constraints,
                    const ExecutionContext& context);
 
+// Throws what full_target() throws about pins and lines of a target that overlaps itself, whatever
+// its paths cross: these need not be straight, as they are there.
+void check_target(const mesh::RefinedSurface& surface, const Constraints& constraints,
+                  const ExecutionContext& context);
+
 // Self-overlapping polygons: is a closed polygon the boundary of a disk laid out locally
 // injectively in the plane, and if so, a triangulation of that disk whose vertices are the
 // polygon's corners.

@@ -1,6 +1,7 @@
 #include "flipfree/matchmaker/relax.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 #include <map>
@@ -110,19 +111,22 @@ bool winds_more(const mesh::RefinedMap& map, const Patch& patch, FaceId valid, c
                 const std::vector<FaceId>& replaced) {
   const Mesh& mesh = map.surface.mesh;
   std::map<VertexId, double> gain;  // of angle around it
-  const auto add = [&](double sign, const Points2& corners, const Mesh::Triangle& vertices) {
-    for (Index k = 0; k < 3; ++k) {
-      const auto [next, last] = std::pair((k + 1) % 3, (k + 2) % 3);
-      gain[vertices[at(k)]] +=
-          sign * turn(corners.row(next) - corners.row(k), corners.row(last) - corners.row(k));
-    }
+  const auto add = [&](double sign, const std::array<Vector2, 3>& p, const Mesh::Triangle& vertex) {
+    for (std::size_t k = 0; k < 3; ++k)
+      gain[vertex[k]] += sign * turn(p[(k + 1) % 3] - p[k], p[(k + 2) % 3] - p[k]);
+  };
+  const auto places = [](const Points2& points, Index a, Index b, Index c) {
+    return std::array<Vector2, 3>{points.row(a), points.row(b), points.row(c)};
   };
   for (FaceId f = 0; f < valid; ++f) {
-    const auto corner = patch.surface.faces.row(f);
-    const auto vertex = [&](Index k) { return patch.vertices[at(corner[k])]; };
-    add(1.0, uv(corner, Eigen::all), {vertex(0), vertex(1), vertex(2)});
+    const auto corner = [&](Index k) { return patch.surface.faces(f, k); };
+    const auto vertex = [&](Index k) { return patch.vertices[at(corner(k))]; };
+    add(1.0, places(uv, corner(0), corner(1), corner(2)), {vertex(0), vertex(1), vertex(2)});
   }
-  for (const FaceId f : replaced) add(-1.0, map.uv(mesh.corners(f), Eigen::all), mesh.corners(f));
+  for (const FaceId f : replaced) {
+    const Mesh::Triangle t = mesh.corners(f);
+    add(-1.0, places(map.uv, t[0], t[1], t[2]), t);
+  }
   return std::ranges::any_of(gain, [&](const auto& of) {
     return of.second >= std::numbers::pi && !mesh.is_boundary_vertex(of.first);
   });

@@ -376,7 +376,7 @@ class Reader {
   }
 
   // No two vertices at one point, except boundary vertices of a target that overlaps itself.
-  // (There sheet_target() looks further.)
+  // (There insert_pin() looks further.)
   void check_distinct() const {
     if (!result_.simple_outline) return;
     std::vector<PinnedVertex> all = result_.pins;

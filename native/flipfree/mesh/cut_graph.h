@@ -5,7 +5,6 @@
 // root, each as short as the root allows. Sphere: one shortest path between two far apart vertices.
 #pragma once
 
-#include <string>
 #include <utility>
 #include <vector>
 

@@ -88,8 +88,8 @@ std::vector<Index> flat_inside(std::vector<Index> cones, const mesh::Surface& su
 std::vector<Index> aligned_cones(const mesh::Surface& surface, const std::vector<Index>& cones,
                                  ExecutionContext& context);
 
-// What a certificate is to check: the angles (radians) of these, and of all boundary vertices that
-// have one if `aligned`.
+// What a certificate is to check: the angles (radians) of inner vertices that are not flat, and of
+// all boundary vertices that have one if `aligned`.
 std::vector<std::pair<VertexId, double>> prescribed_angles(const std::vector<Index>& cones,
                                                            const mesh::Surface& surface,
                                                            bool aligned);

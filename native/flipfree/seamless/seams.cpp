@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <utility>
 
 #include "flipfree/base/plane.h"
 #include "flipfree/mesh/adjacency.h"

@@ -55,3 +55,7 @@ from .separated import separate as separate
 from .separated import split_fans as split_fans
 
 __version__: str = _version
+__all__ = [  # what is of this package; modules are of none
+    "__version__",
+    *(name for name, one in vars().items() if getattr(one, "__module__", "").startswith(__name__)),
+]

@@ -116,6 +116,8 @@ class Minimizer {
     if (start_.motion_left) {
       range.emplace(context_, 0.0, 0.5);
       done_.fraction = pull();
+      // Other translations are reached, or the map is no use.
+      if (start_.steps != nullptr && done_.fraction < 1) return std::move(done_);
       range.emplace(context_, 0.5, 1.0);
     }
     if (barrier_) system_.reset();  // its contacts were those of the way
@@ -403,7 +405,12 @@ class Minimizer {
       left = now;
       for (int i = 0; i < kRecoveries && left > 0; ++i) {
         frozen_scale_ = 0;
-        const Step result = iterate(worst(sums_) > 10 * kProgressiveBound);
+        Step result = Step::kStalled;
+        try {
+          result = iterate(worst(sums_) > 10 * kProgressiveBound);
+        } catch (const NotConverged& failure) {
+          if (!options_.keep_last || failure.error().code != ErrorCode::kFactorizationFailed) throw;
+        }
         ++done_.iterations;
         if (result != Step::kTaken) break;
       }

@@ -110,6 +110,7 @@ struct SeamConstraints {
   }
 };
 
+// Precondition: half-edges and vertices of the map exist.
 // Throws InvalidInput (kBadOption) naming the faces at a seam edge whose ends do not pair up,
 // NotConverged (kFactorizationFailed) if translations depend on each other through numbers beyond
 // 64 bits or grids finer than 2^12 steps.

@@ -67,6 +67,7 @@ std::vector<std::array<VertexId, 2>> couplings_of(const SeamConstraints& constra
                                                   ExecutionContext& context) {
   std::vector<std::vector<Index>> nodes(chosen.size());
   for (std::size_t i = 0; i < chosen.size(); ++i) {
+    context.check();
     for (const Dependence& d : dependences(constraints, faces, chosen[i]))
       nodes[i].push_back(d.node);
   }

@@ -125,6 +125,7 @@ class FaceDeveloper {
     }
     development_.corner.resize(halfedges_.size());
     development_.begin = trace_.begin;
+    development_.points.reserve(trace_.crossings.size());
     for (const Crossing& crossing : trace_.crossings)
       development_.points.push_back({crossing.on_curve, {}});
     development_.chart_of_face.assign(halfedges_.size() / 3, kInvalid);
@@ -585,6 +586,7 @@ EdgePointMap to_edge_points(const Development& development, const ChartPlacement
   map.begin = development.begin;
   map.corner_angle = development.corner_angle;
   map.corner_uv.resize(std::ssize(development.corner), 2);
+  map.points.reserve(development.points.size());
   for (std::size_t c = 0; c < development.corner.size(); ++c)
     map.corner_uv.row(static_cast<Eigen::Index>(c)) =
         placement.apply(development.corner[c], development.chart_of_face[c / 3]);

@@ -305,13 +305,22 @@ class MapRefiner {
     const Vector2 end_left = map_.corner_uv.row(next_corner(own));
     const Vector2 end_right = other == kInvalid ? end_left : Vector2(map_.corner_uv.row(other));
     bool changed = false;
-    for (std::int64_t p = map_.begin[at(e)]; p < map_.begin[at(e) + 1]; ++p) {
+    const std::int64_t end = map_.begin[at(e) + 1];
+    std::int64_t ahead = map_.begin[at(e)];  // the next point in use
+    for (std::int64_t p = ahead; p < end; ++p) {
+      while (ahead < end && (ahead <= p || !uses(ahead))) ++ahead;
       const EdgePoint& point = map_.points[at(p)];
       const double t = point.along.target;
+      const auto apart = [&](const Vector2& on_left, const Vector2& on_right) {
+        return !same(point.uv_left, on_left) &&
+               (other == kInvalid || !same(point.uv_right, on_right));
+      };
+      const auto apart_from = [&](const EdgePoint& next) {
+        return next.along.target - t >= gap && apart(next.uv_left, next.uv_right);
+      };
       const bool keep = uses(p) || (t - last >= gap && point.along.source >= gap &&
-                                    !same(point.uv_left, left) && !same(point.uv_left, end_left) &&
-                                    (other == kInvalid || (!same(point.uv_right, right) &&
-                                                           !same(point.uv_right, end_right))));
+                                    apart(left, right) && apart(end_left, end_right) &&
+                                    (ahead == end || apart_from(map_.points[at(ahead)])));
       if (!keep) continue;
       changed = changed || !uses(p);
       used_[at(p)] = 1;
@@ -324,7 +333,7 @@ class MapRefiner {
 
   // Adds the points of bad faces, the nearer ones where the others do not do, until every face has
   // a triangulation or nothing is left to add. Every face enters the queue at most once more than
-  // it has edges.
+  // twice for each of its edges.
   void activate(std::vector<FaceId> queue, const std::vector<double>& gaps) {
     std::vector<char> waiting(triangles_.size(), 0), failed(triangles_.size(), 0);
     for (const FaceId f : queue) waiting[at(f)] = 1;
@@ -334,16 +343,18 @@ class MapRefiner {
       waiting[at(f)] = 0;
       bool done = !by_cells_ && triangulate(f);
       for (std::size_t attempt = 0; !done && attempt < gaps.size(); ++attempt) {
+        bool added = by_cells_;
         for (Index k = 0; k < 3; ++k) {
           const HalfedgeId h = 3 * f + k;
           if (!activate_edge(h, gaps[attempt])) continue;
+          added = true;
           const HalfedgeId o = opposite(h);
           if (o != kInvalid && !waiting[at(o / 3)]) {
             waiting[at(o / 3)] = 1;
             queue.push_back(o / 3);
           }
         }
-        done = triangulate(f);
+        done = added && triangulate(f);
       }
       failed[at(f)] = !done;
     }

@@ -160,8 +160,10 @@ class Off {
     if (vertices < 0 || faces < 0) refuse(lines_.place(), "a count is negative");
     count_of(static_cast<std::size_t>(vertices), lines_.place());
     count_of(static_cast<std::size_t>(faces), lines_.place());
-    for (long long v = 0; v < vertices; ++v)
-      append_position(needed("vertex", v, vertices), lines_.place(), polygons_);
+    for (long long v = 0; v < vertices; ++v) {
+      const std::string_view words = needed("vertex", v, vertices);  // lines_.place() is its line
+      append_position(words, lines_.place(), polygons_);
+    }
     for (long long f = 0; f < faces; ++f) face(needed("face", f, faces), f, vertices);
     return std::move(polygons_);
   }

@@ -4,7 +4,6 @@
 #include <cstddef>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "flipfree/base/error.h"
 #include "flipfree/base/types.h"

@@ -72,8 +72,8 @@ class EditableTriangulation {
   void flip_edge(HalfedgeId h);
   // Replaces connected faces by other triangles with the same outline, of the given parents (one
   // per triangle). Boundary edges among the outline may give way to new ones (a boundary vertex is
-  // left out). Marks of outline edges stay, inner edges become unmarked. Vertices inside that no
-  // triangle uses become isolated.
+  // left out). They take the slots of the first of the faces, in order. Marks of outline edges
+  // stay, inner edges become unmarked. Vertices inside that no triangle uses become isolated.
   void replace(std::span<const FaceId> faces, std::span<const Triangle> triangles,
                std::span<const FaceId> parents);
 

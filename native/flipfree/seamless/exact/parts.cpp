@@ -100,26 +100,23 @@ class ChordFinder {
     // Disks that lie in others come before them.
     std::sort(candidates.begin(), candidates.end());
     std::vector<Index> enclosed(at(count), 0);  // faces of the disk left of a half-edge
+    std::vector<HalfedgeId> chords;
     for (const auto& [edges, h] : candidates) {
       const HalfedgeId o = adjacency_.opposite[at(h)];
       const Piece& own = pieces_[at(piece_of_.of_face[at(h / 3)])];
       const bool closed = enclosed[at(o)] > 0;  // is what lies beyond h a disk?
       const Index faces = own.faces + own.enclosed - enclosed[at(o)];
       if (own.euler() != 1 || own.open != (closed ? 0 : 1) ||
-          own.side_edges != edges + (closed ? edges_behind(o) : 0) ||
-          faces > kLeastFaces + kFacesPerEdge * edges)
+          own.side_edges != edges + (closed ? edges_behind(o) : 0))
         continue;
       enclosed[at(h)] = faces;
+      if (faces <= kLeastFaces + kFacesPerEdge * edges) chords.push_back(std::min(h, o));
       Piece& beyond = pieces_[at(piece_of_.of_face[at(o / 3)])];
       --beyond.open;
       beyond.side_edges += edges;
       beyond.enclosed += faces;
     }
-    std::vector<HalfedgeId> chords;
-    for (HalfedgeId h = 0; h < count; ++h) {
-      const HalfedgeId o = adjacency_.opposite[at(h)];
-      if (o > h && (enclosed[at(h)] > 0 || enclosed[at(o)] > 0)) chords.push_back(h);
-    }
+    sort_unique(chords);
     return chords;
   }
 

@@ -67,11 +67,14 @@ std::optional<std::vector<VertexId>> cones_with_excess(const std::vector<Index>&
                                                        Index excess) {
   // How each sum was reached first: by this cone after that sum.
   std::map<Index, std::pair<VertexId, Index>> reached = {{0, {kInvalid, 0}}};
+  std::vector<Index> sums = {0};
   for (VertexId v = 0; at(v) < cones.size() && !reached.contains(excess); ++v) {
     const Index more = cones[at(v)] - kFlat;
     if (more == 0) continue;
     // Sums that are new now have v last, so that no cone is taken twice.
-    for (const auto& [sum, last] : std::map(reached)) reached.try_emplace(sum + more, v, sum);
+    for (std::size_t i = 0, known = sums.size(); i < known; ++i) {
+      if (reached.try_emplace(sums[i] + more, v, sums[i]).second) sums.push_back(sums[i] + more);
+    }
   }
   if (!reached.contains(excess)) return std::nullopt;
   std::vector<VertexId> found;
@@ -106,10 +109,10 @@ bool can_be_twisted(const std::vector<Index>& cones, Index genus) {
          std::none_of(cones.begin(), cones.end(), [](Index k) { return k % 2 != 0; }) &&
          cones_with_excess(cones, 4 * genus - 6);
 }
+
 // All between which a path can leave parts that fit the cones. Preconditions:
 // draw_chain_with_t_nodes() or draw_twisted_chain(), then BranchGraph::divide(); pattern_for() is
 // kTwoTNodes, or can_be_twisted().
-
 std::vector<JoinedSectors> joinable_sectors(Canvas& canvas,
                                             const std::array<VertexId, 2>& t_nodes) {
   const DiskBoundary boundary(canvas);

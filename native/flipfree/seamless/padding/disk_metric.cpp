@@ -403,7 +403,10 @@ class Halver {
     }
     half.home.assign(mesh.halfedge_count(), kInvalid);
     for (HalfedgeId h = 0; at(h) < mesh.halfedge_count(); ++h) {
-      if (inside_[at(h)]) half.home[at(h)] = own_corner(h);
+      if (!inside_[at(h)]) continue;
+      half.home[at(h)] = own_corner(h);
+      if (half.home[at(h)] == kInvalid)
+        throw InternalError("half triangulation: an edge of the other copy inside");
     }
   }
 

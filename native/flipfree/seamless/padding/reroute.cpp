@@ -183,9 +183,9 @@ bool draw_shortest_detour(Canvas& canvas, Index change, Vertices& branch) {
   return true;
 }
 
-// From a place of the branch out to the nearest cone that makes for one of the changes, around it
-// and back. Always there. Returns the change. Preconditions: none is 0, some cone makes for one;
-// the branch has an inner vertex.
+// From the branch's start to its end around the cone nearest to it that makes for one of the
+// changes, and no other (fenced_path()). Always there. Returns the change. Preconditions: none is
+// 0, some cone makes for one; the branch has an inner vertex.
 Index draw_detour_around_cone(Canvas& canvas, const std::set<Index>& changes, Vertices& branch) {
   const auto left = nearest_spur(canvas, branch, [&](Index e) { return changes.contains(-e); });
   const auto right =

@@ -313,14 +313,15 @@ class Separator {
       }
     };
     Graph graph(sink + 1);
+    double infinite = 1.0;
     for_edges([&](HalfedgeId h, HalfedgeId, std::size_t a, std::size_t b) {
+      infinite += cost_[at(h)];
       connect(a, b, cost_[at(h)], cost_[at(h)], length_[at(h)], graph);
     });
     std::vector<std::array<std::size_t, 2>> apart;
     for (const FacePair& pair : pairs)
       apart.push_back({node_[at(pair.first)], node_[at(pair.second)]});
     const std::vector<Side> side = sides_by_distance(apart, graph);
-    const double infinite = 1.0 + std::accumulate(cost_.begin(), cost_.end(), 0.0);
     for (std::size_t n = 0; n < source; ++n) {
       if (side[n] == Side::kFirst) connect(source, n, infinite, 0.0, 0.0, graph);
       if (side[n] == Side::kSecond) connect(n, sink, infinite, 0.0, 0.0, graph);

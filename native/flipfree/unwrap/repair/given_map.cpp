@@ -78,11 +78,14 @@ class Rejoining {
         if (stray[at(place_of[other])] == 0) found[h == c] = other;
       }
     }
+    if (found[0] == kInvalid || found[1] == kInvalid) {
+      const CornerId only = found[found[0] == kInvalid];
+      const auto is_there = [&](CornerId c) { return uv_.row(c) == uv_.row(only); };
+      return only == kInvalid || std::ranges::any_of(corners, is_there) ? kInvalid : only;
+    }
     std::array<double, 2> worst{0.0, 0.0};
     for (const std::size_t i : {0u, 1u}) {
-      if (found[i] == kInvalid) worst[i] = std::numeric_limits<double>::infinity();
       for (const CornerId c : corners) {
-        if (found[i] == kInvalid) break;
         const Eigen::RowVector2d own = uv_.row(c);
         // What is where a neighbour is was cut off by what happened elsewhere.
         if (uv_.row(found[i]) == own) return kInvalid;
@@ -91,7 +94,7 @@ class Rejoining {
         uv_.row(c) = own;
       }
     }
-    return found[found[0] == kInvalid || worst[1] < worst[0]];
+    return found[worst[1] < worst[0]];
   }
 
   // Places whose faces are not good now either go back, which may spoil others: round by round

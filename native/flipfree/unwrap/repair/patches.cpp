@@ -392,8 +392,7 @@ class Mender {
       excess += areas[f] * (energies[f] - usual);
       area += areas[f];
     }
-    return excess <=
-           usual * std::max(kOwnExcess * area, kChartExcess * mesh::area_of(chart_.surface));
+    return excess <= usual * std::max(kOwnExcess * area, kChartExcess * area_);
   }
 
   // Mean of the healthy faces beside the patch; 0 without any.
@@ -412,6 +411,7 @@ class Mender {
   }
 
   DamagedChart chart_;  // known where vertices have been placed
+  const double area_ = mesh::area_of(chart_.surface);
   Points2& uv_;
   ExecutionContext& context_;
   Healthy healthy_;               // of the map that is given

@@ -78,12 +78,14 @@ void move_apart(Charts& own, bool all, const ExecutionContext& context) {
   for (std::size_t c = 0; c < charts.size(); ++c) {
     may_move.push_back(own.kept[c].fixed.empty() && (all || own.place[c] == Place::kWhereItWas));
     if (own.moved[c] == 0) order.push_back(c);
+  }
+  if (!any_flag(may_move)) return;
+  for (std::size_t c = 0; c < charts.size(); ++c) {
     const Triangles& faces = charts[c].surface.faces;
     islands.of_face.insert(islands.of_face.end(), charts[c].faces.size(), static_cast<Index>(c));
     now.push_back(by_corner(faces, own.uv[c]));
     before.push_back(own.before[c].rows() > 0 ? by_corner(faces, own.before[c]) : now.back());
   }
-  if (!any_flag(may_move)) return;
   const Points2 corners = below_each_other(now), corners_before = below_each_other(before);
   const auto meet = certify::sharing_area(islands, corners);
   const auto met = certify::sharing_area(islands, corners_before);

@@ -214,11 +214,16 @@ class IslandFinder {
   // Slits for the charts without a map that is known, and maps for those that can have one.
   void search(const Stretch& aim) {
     mesh::EdgeFlags further(cost_.size(), 0);
-    for_each_chart(islands_.charts, largest_first(islands_.charts), "finding seams", context_,
-                   [&](std::size_t c, ExecutionContext& part) {
-                     if (known(islands_.charts[c]) == KnownMaps::kNothing)
-                       search_chart(islands_.charts[c], aim, further, part);
-                   });
+    try {
+      for_each_chart(islands_.charts, largest_first(islands_.charts), "finding seams", context_,
+                     [&](std::size_t c, ExecutionContext& part) {
+                       if (known(islands_.charts[c]) == KnownMaps::kNothing)
+                         search_chart(islands_.charts[c], aim, further, part);
+                     });
+    } catch (const TimeIsOver&) {
+      cut_further(islands_, surface_, further);  // what was found by then
+      throw;
+    }
     cut_further(islands_, surface_, further);
   }
 

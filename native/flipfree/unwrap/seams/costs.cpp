@@ -12,7 +12,6 @@
 #include <string>
 #include <utility>
 
-#include "flipfree/base/disjoint_sets.h"
 #include "flipfree/base/error.h"
 #include "flipfree/base/parallel.h"
 #include "flipfree/mesh/adjacency.h"

@@ -118,7 +118,7 @@ class Sheet {
   // to be opened anyhow.
   bool open_closed(ExecutionContext& context) {
     if (!loops_.empty()) return false;
-    const VertexId first = chart_.faces(0, 0);
+    const VertexId first = chart_.faces.triangles().minCoeff();
     open_[at(first)] = 1;
     const VertexId peak = steepest(scale(context), first);
     open_[at(first)] = 0;

@@ -99,7 +99,11 @@ def solve_on_thread(item: Item, work: Work) -> Record | None:
     if getattr(_here, "work", None) != work:
         _here.child, _here.work = Child(work.engine, work.limits), work
     child: Child = _here.child
-    return solve_item(child, item, work)
+    try:
+        return solve_item(child, item, work)
+    except BaseException:  # which holds what is here
+        child.close()
+        raise
 
 
 def on_this_machine(items: Sequence[Item], work: Work, jobs: int) -> Records:
@@ -268,7 +272,8 @@ def results_in(
         with contextlib.suppress(OSError):
             part.unlink()
         # Windows replaces no open file.
-        in_way = os.name == "nt" and isinstance(error, PermissionError)
+        replacing = error.filename2 is not None
+        in_way = os.name == "nt" and isinstance(error, PermissionError) and replacing
         raise (_busy(file) if in_way else _no_results(file, error)) from error
 
     def add(record: Record) -> None:

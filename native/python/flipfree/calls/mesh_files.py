@@ -242,9 +242,11 @@ def write_whole(file: Path, content: bytes) -> None:
         target = file.resolve()
         if target.exists() and not target.is_file():
             raise errors.no_access(f"{file} is not a file. Give the path of one.")
-        beside = target.with_name(f".{target.name}.{os.getpid()}.part")
-        beside.write_bytes(content)
-        beside.replace(target)
+        part = target.with_name(f".{target.name}.{os.getpid()}.part")
+        with part.open("xb") as stream:  # no other thread's, and no link
+            beside = part
+            stream.write(content)
+        part.replace(target)
     except (OSError, RuntimeError) as error:  # RuntimeError: links in a circle, before Python 3.13
         raise not_accessible(file, "written", error) from error
     finally:

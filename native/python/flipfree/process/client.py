@@ -75,6 +75,8 @@ class Child(subprocess.Popen[bytes]):
     def heard(self, seconds: float) -> list[dict[str, Any]] | None:
         """Its messages by then; None once it has ended and all was read."""
         assert self.stdout is not None
+        if self.stdout.closed:
+            return None
         found: list[dict[str, Any]] = []
         while readable(self.stdout, seconds):
             data = os.read(self.stdout.fileno(), _AT_ONCE)
@@ -125,13 +127,15 @@ def how_ended(status: int, if_killed: str) -> str:
 
 def send(stream: IO[bytes], data: bytes) -> bool:
     """Writes all of it to an unbuffered pipe; False if nobody reads there any more."""
-    if stream.closed:
+    try:
+        file = stream.fileno()
+    except ValueError:  # closed
         return False
     if os.name == "nt":
-        return _write(stream.fileno(), data)
+        return _write(file, data)
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGPIPE})
     try:
-        sent = _write(stream.fileno(), data)
+        sent = _write(file, data)
         if not sent and signal.SIGPIPE in signal.sigpending():
             signal.sigwait({signal.SIGPIPE})  # it is this write's
         return sent
@@ -173,6 +177,8 @@ def die_with(parent: int, by: int | None = None) -> bool:
             os.kill(parent, 0)  # a launcher may stand between it and its child
         except ProcessLookupError:
             return False
+        except PermissionError:  # it is there
+            pass
     return True
 
 
@@ -203,16 +209,22 @@ class _Solver(Child):
 
     def __init__(self, command: Sequence[str]) -> None:
         """Raises OSError."""
-        self._place = tempfile.TemporaryDirectory(prefix="flipfree-", ignore_cleanup_errors=True)
-        self.folder = Path(self._place.name)
+        self.folder = Path(tempfile.mkdtemp(prefix="flipfree-"))
         path = [entry for entry in sys.path if entry and os.path.exists(entry)]
-        opening = {"parent": os.getpid(), "folder": self._place.name, "path": path}
-        super().__init__([*command, "-I", "-B", "-c", _BOOT, json.dumps(opening)], {})
+        opening = {"parent": os.getpid(), "folder": str(self.folder), "path": path}
+        try:
+            super().__init__([*command, "-I", "-B", "-c", _BOOT, json.dumps(opening)], {})
+        except OSError:
+            self._forget()
+            raise
+
+    def _forget(self) -> None:
+        shutil.rmtree(self.folder, ignore_errors=True)
 
     def end(self, patience: float | None = 2.0 if os.name == "nt" else 0.05) -> None:
         """Its files go too; what is mapped from them stays."""
         super().end(patience)  # Windows removes no open file
-        self._place.cleanup()
+        self._forget()
 
     def answer(self, number: int) -> tuple[str, Any]:
         """("result" or "error", the value) of a call that has ended."""

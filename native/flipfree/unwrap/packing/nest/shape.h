@@ -151,7 +151,8 @@ struct Mask {
 Mask draw_in_unit(std::vector<Loop> loops, int cells, double radius);
 
 // Every cell that a point within `radius` (cells) of the shape lies in, the shape turned and of
-// `scale` cells to its unit. Cost: O(rows that its edges pass through + cells / 64).
+// `scale` cells to its unit. Cost: O(r log r) for r rows that its edges pass
+// through, counted per edge, and its height.
 Mask draw_shape(const Shape& shape, const Vector2& turn, double scale, double radius);
 
 // The cells of a tile that are taken, and where in it a mask fits.

@@ -255,7 +255,9 @@ def command(
     that is, and the command's own options."""
 
     def declared(solve: Solve) -> Solve:
-        text, _, options = inspect.cleandoc(solve.__doc__ or "").format(**_SHARED).partition("\n")
+        if solve.__doc__ is None:
+            raise RuntimeError("Commands are described by docstrings: run Python without -OO.")
+        text, _, options = inspect.cleandoc(solve.__doc__).format(**_SHARED).partition("\n")
         COMMANDS[solve.__name__] = Command(text, solve, options, writes, cure)
         return solve
 
