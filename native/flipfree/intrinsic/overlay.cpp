@@ -16,6 +16,7 @@
 #include "flipfree/base/failure.h"
 #include "flipfree/base/lists.h"
 #include "flipfree/base/parallel.h"
+#include "flipfree/base/plane.h"
 #include "flipfree/intrinsic/flip_lengths.h"
 #include "flipfree/intrinsic/symmetric_flips.h"
 
