@@ -4,17 +4,16 @@
 
 // The symmetric flips, thesis Figure 4.5 and Table 4.1; the symmetry line is vertical, primes are
 // mirror images:
-//
-//   kParallel: (c,d) -> (a,a')      kTriangle: (a,c), (a',c) -> (b,b')    kQuad: (a,c), (a',c') ->
-//   (b,b') kPerpendicular: the inverse     kTriangleQuad: the inverse            kQuadQuad: the
-//   inverse
-//
-//          c                                  c                                  c' ---- c
-//        / | \                              / | \                             /  |    |  \
-//       a' |  a                            b' | | b                            b'  |    |   b
-//        \ | /                              \ a'--a /                         \  |    |  /
-//          d                                  (below: more mesh)                  a' ---- a
-//
+/*
+    kParallel: (c,d) -> (a,a')       kTriangle: (a,c), (a',c) -> (b,b')   kQuad: (a,c), (a',c')
+    kPerpendicular: the inverse      kTriangleQuad: the inverse           -> (b,b'); kQuadQuad back
+
+           c                                  c                                  c' ---- c
+         / | \                              / | \                             /  |    |  \
+        a' |  a                            b' | | b                            b'  |    |   b
+         \ | /                              \ a'--a /                         \  |    |  /
+           d                                  (below: more mesh)                  a' ---- a
+*/
 // (for kTriangle the symmetric face is (c, a', a), for kQuad it is (a, c, c', a')). The points of
 // each are in convex position where the flipped edge is not Delaunay, and so are they at every
 // plain flip on the way.
