@@ -69,21 +69,23 @@ std::vector<T> antisymmetric(const mesh::Surface& surface, const Value& value) {
   return values;
 }
 
+// Divided by a power of two near its length, which is exact: beside a large part, or a long side,
+// squares of areas vanish among doubles.
+Vector3 in_own_unit(const Vector3& side) {
+  const int exponent = std::ilogb(side.cwiseAbs().maxCoeff());
+  return side.unaryExpr([&](double x) { return std::ldexp(x, -exponent); });
+}
+
 }  // namespace
 
 Frames measure_frames(const mesh::Surface& surface) {
   const auto count = static_cast<Index>(surface.faces.rows());
   Frames frames{surface, std::vector<double>(at(3 * count)), std::vector<double>(at(3 * count))};
   for (FaceId f = 0; f < count; ++f) {
-    // Times a power of two, which is exact: beside a large part, squares of a small one's areas
-    // vanish among doubles.
-    const auto [side, other] = mesh::sides_at(surface, 3 * f);
-    const double unit =
-        std::exp2(-std::ilogb(std::max(side.cwiseAbs().maxCoeff(), other.cwiseAbs().maxCoeff())));
     for (CornerId c = 3 * f; c < 3 * f + 3; ++c) {
-      const auto [a, b] = mesh::sides_at(surface, c);
-      frames.corner[at(c)] =
-          std::atan2((a * unit).cross(b * unit).norm(), (a * unit).dot(b * unit));
+      const auto sides = mesh::sides_at(surface, c);
+      const Vector3 a = in_own_unit(sides.next), b = in_own_unit(sides.previous);
+      frames.corner[at(c)] = std::atan2(a.cross(b).norm(), a.dot(b));
     }
     frames.direction[at(3 * f)] = 0.0;
     frames.direction[at(3 * f + 1)] = kPi - frames.corner[at(3 * f + 1)];
