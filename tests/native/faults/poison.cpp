@@ -116,15 +116,15 @@ STEP("_ZN8flipfree7numeric14SparseCholesky9factorizeERKN5Eigen12SparseMatrixIdLi
   return real_cholesky_factorize(self, spoiled, context);
 }
 
-STEP("_ZN8flipfree10distortion12NewtonSystem8assembleERKSt8functionIFdmPdS3_EERNS_16ExecutionContextE",
-     double, assemble, distortion::NewtonSystem* self, const distortion::FaceEnergy& of_face,
+STEP("_ZN8flipfree10distortion10StepSystem8assembleERKSt8functionIFdmPdS3_EERNS_16ExecutionContextE",
+     double, assemble, distortion::StepSystem* self, const distortion::FaceEnergy& of_face,
      ExecutionContext& context) {
   const double energy = real_assemble(self, of_face, context);
   return poisons(kDistortionAssemble) ? kNaN : energy;
 }
 
-STEP("_ZN8flipfree10distortion12NewtonSystem5solveERN5Eigen6MatrixIdLin1ELi2ELi1ELin1ELi2EEERNS_16ExecutionContextE",
-     double, distortion_solve, distortion::NewtonSystem* self, Points2& direction,
+STEP("_ZN8flipfree10distortion10StepSystem5solveERN5Eigen6MatrixIdLin1ELi2ELi1ELin1ELi2EEERNS_16ExecutionContextE",
+     double, distortion_solve, distortion::StepSystem* self, Points2& direction,
      ExecutionContext& context) {
   const double promise = real_distortion_solve(self, direction, context);
   if (poisons(kDistortionDirection)) spoil_matrix(direction);

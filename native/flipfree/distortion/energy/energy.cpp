@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -230,18 +231,31 @@ double step_to_first_flip(const Triangles& faces, const Points2& uv, const Point
   return *std::min_element(parts.begin(), parts.end());
 }
 
+namespace {
+
+bool is_flipped(const Triangles& faces, const Points2& uv, std::size_t f) {
+  const auto corner = [&](int k) {
+    return uv.data() + 2 * static_cast<std::ptrdiff_t>(faces(static_cast<FaceId>(f), k));
+  };
+  return numeric::orientation(corner(0), corner(1), corner(2)) <= 0;
+}
+
+}  // namespace
+
 bool is_flip_free(const Triangles& faces, const Points2& uv, const ExecutionContext& context) {
-  return flipped_faces(faces, uv, context).empty();
+  std::atomic<bool> good{true};
+  parallel_for(context, at(faces.rows()), kGrain,
+               [&](std::size_t begin, std::size_t end, std::size_t) {
+                 for (std::size_t f = begin; f < end && good.load(std::memory_order_relaxed); ++f)
+                   if (is_flipped(faces, uv, f)) good = false;
+               });
+  return good;
 }
 
 std::vector<FaceId> flipped_faces(const Triangles& faces, const Points2& uv,
                                   const ExecutionContext& context) {
-  return indices_where(context, at(faces.rows()), kGrain, [&](std::size_t f) {
-    const auto corner = [&](int k) {
-      return uv.data() + 2 * static_cast<std::ptrdiff_t>(faces(static_cast<FaceId>(f), k));
-    };
-    return numeric::orientation(corner(0), corner(1), corner(2)) <= 0;
-  });
+  return indices_where(context, at(faces.rows()), kGrain,
+                       [&](std::size_t f) { return is_flipped(faces, uv, f); });
 }
 
 }  // namespace flipfree::distortion

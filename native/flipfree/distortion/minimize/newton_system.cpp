@@ -85,7 +85,15 @@ void NewtonSystem::build_pattern(const std::vector<std::array<VertexId, 2>>& cou
   diagonal_.resize(at(unknowns));
 }
 
-double NewtonSystem::assemble(const FaceEnergy& of_face, ExecutionContext& context) {
+double StepSystem::assemble(const FaceEnergy& of_face, ExecutionContext& context) {
+  return do_assemble(of_face, context);
+}
+
+double StepSystem::solve(Points2& direction, ExecutionContext& context) {
+  return do_solve(direction, context);
+}
+
+double NewtonSystem::do_assemble(const FaceEnergy& of_face, ExecutionContext& context) {
   const std::size_t count = at(faces_.rows());
   const double energy = sum_of(context, count, kGrain, [&](std::size_t f) {
     return of_face(f, &face_gradient_[6 * f], &face_hessian_[kHessianEntries * f]);
@@ -143,7 +151,7 @@ bool NewtonSystem::add_block(VertexId v, VertexId w, const double block[4]) {
   return true;
 }
 
-double NewtonSystem::solve(Points2& direction, ExecutionContext& context) {
+double NewtonSystem::do_solve(Points2& direction, ExecutionContext& context) {
   direction.setZero(static_cast<Eigen::Index>(number_of_.size()), 2);
   if (motion_.rows() > 0) direction += motion_;
   if (all_fixed()) return 0;

@@ -33,16 +33,20 @@ class StepSystem {
   // Gradient and Hessian of the sum over all faces, which is returned, as far as steps are free.
   // The Hessian is positive semi-definite if those of the faces are. Same bits for any number of
   // threads.
-  virtual double assemble(const FaceEnergy& of_face, ExecutionContext& context) = 0;
+  double assemble(const FaceEnergy& of_face, ExecutionContext& context);
   // The Newton direction (#V x 2) among the steps that meet the constraints, zero on fixed
   // vertices; returns the gradient's product with it (<= 0). The diagonal is raised by the least
   // relative amount for which the factorization succeeds. Throws NotConverged
   // (kFactorizationFailed) if no amount helps.
-  virtual double solve(Points2& direction, ExecutionContext& context) = 0;
+  double solve(Points2& direction, ExecutionContext& context);
   // From the next assemble() on what is fixed moves by `motion` with every step (a row for each
   // unknown, zero where it is free), and the rest as goes best with it to first order. Empty: it
   // stays.
   virtual void prescribe(Points2 motion) = 0;
+
+ private:
+  virtual double do_assemble(const FaceEnergy& of_face, ExecutionContext& context) = 0;
+  virtual double do_solve(Points2& direction, ExecutionContext& context) = 0;
 };
 
 class NewtonSystem final : public StepSystem {
@@ -52,8 +56,6 @@ class NewtonSystem final : public StepSystem {
   NewtonSystem(const Triangles& faces, const std::vector<char>& fixed,
                const std::vector<std::array<VertexId, 2>>& couplings, ExecutionContext& context);
 
-  double assemble(const FaceEnergy& of_face, ExecutionContext& context) override;
-  double solve(Points2& direction, ExecutionContext& context) override;
   void prescribe(Points2 motion) override { motion_ = std::move(motion); }
 
   // Adds to the assembled system: symmetric 2 x 2 diagonal block (uu, uv, vv) and gradient of
@@ -67,6 +69,8 @@ class NewtonSystem final : public StepSystem {
   bool all_fixed() const { return vertex_of_.empty(); }
 
  private:
+  double do_assemble(const FaceEnergy& of_face, ExecutionContext& context) override;
+  double do_solve(Points2& direction, ExecutionContext& context) override;
   void build_pattern(const std::vector<std::array<VertexId, 2>>& couplings,
                      const ExecutionContext& context);
 

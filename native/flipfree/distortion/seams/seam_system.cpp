@@ -123,7 +123,7 @@ SeamSystem::SeamSystem(const SeamConstraints& constraints, const Triangles& face
                   context);
 }
 
-double SeamSystem::assemble(const FaceEnergy& of_face, ExecutionContext& context) {
+double SeamSystem::do_assemble(const FaceEnergy& of_face, ExecutionContext& context) {
   const auto of_plain = [&](std::size_t i, double* gradient, double* hessian) {
     return of_face(at(plain_[i]), gradient, hessian);
   };
@@ -173,7 +173,7 @@ void SeamSystem::add_face(FaceId f, const double gradient[6],
   }
 }
 
-double SeamSystem::solve(Points2& direction, ExecutionContext& context) {
+double SeamSystem::do_solve(Points2& direction, ExecutionContext& context) {
   Points2 nodes;
   const double slope = system_->solve(nodes, context);
   direction = map_of(constraints_, nodes);

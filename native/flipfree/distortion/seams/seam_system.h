@@ -22,11 +22,12 @@ class SeamSystem final : public StepSystem {
 
   // `of_face` of each face, by its corners' UV as vertices of the cut surface; `direction` and
   // motions: per such vertex, and per node.
-  double assemble(const FaceEnergy& of_face, ExecutionContext& context) override;
-  double solve(Points2& direction, ExecutionContext& context) override;
   void prescribe(Points2 motion) override { system_->prescribe(std::move(motion)); }
 
  private:
+  double do_assemble(const FaceEnergy& of_face, ExecutionContext& context) override;
+  double do_solve(Points2& direction, ExecutionContext& context) override;
+
   // Adds a face's part: gradient and Hessian in its corners' UV as corner_derivatives() has them.
   void add_face(FaceId f, const double gradient[6], const double hessian[kHessianEntries]);
 
