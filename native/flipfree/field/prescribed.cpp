@@ -412,22 +412,15 @@ Simplified simplify(const Frames& frames, const std::vector<char>& held,
       return distance != other.distance ? distance > other.distance : from > other.from;
     }
   };
-  const auto paths_from = [&](VertexId v, double most) {
+  mesh::ShortestPaths paths(surface.faces, adjacency, length);
+  const auto nearest = [&](VertexId from, double most, const auto& wanted) {
     context.check();
-    mesh::ShortestPaths paths(surface.faces, adjacency, length, most);
-    paths.add_source(v);
-    paths.grow(context);
-    return paths;
-  };
-  const auto nearest = [&](VertexId from, const mesh::ShortestPaths& paths, const auto& wanted) {
+    paths.restart(from, most);
     Pair found{mesh::ShortestPaths::kUnreached, from, {}};
-    VertexId to = from;
-    for (VertexId v = 0; at(v) < cones.size(); ++v) {
-      if (!(paths.distance(v) < found.distance) || !wanted(v)) continue;
-      found.distance = paths.distance(v);
-      to = v;
-    }
-    for (; to != from; to = paths.before(to)) found.path.push_back(paths.arrival(to));
+    VertexId v = paths.grow_to([&](VertexId w) { return w != from && wanted(w); }, context);
+    if (v == kInvalid) return found;
+    found.distance = paths.distance(v);
+    for (; v != from; v = paths.before(v)) found.path.push_back(paths.arrival(v));
     std::reverse(found.path.begin(), found.path.end());
     return found;
   };
@@ -435,7 +428,7 @@ Simplified simplify(const Frames& frames, const std::vector<char>& held,
   // before its partner was used up is looked for anew.
   std::priority_queue<Pair> pairs;
   const auto look = [&](VertexId v) {
-    Pair found = nearest(v, paths_from(v, reach), [&](VertexId w) { return cones[at(w)] < 4; });
+    Pair found = nearest(v, reach, [&](VertexId w) { return cones[at(w)] < 4; });
     if (!found.path.empty()) pairs.push(std::move(found));
   };
   for (VertexId v = 0; reach > 0.0 && at(v) < cones.size(); ++v) {
@@ -454,16 +447,16 @@ Simplified simplify(const Frames& frames, const std::vector<char>& held,
   for (VertexId v = 0; at(v) < cones.size(); ++v) {
     while (cones[at(v)] < options.least_turns && is_inside(v)) {
       // A cone that has too many, else a regular vertex at some distance; three are left there.
-      const mesh::ShortestPaths near = paths_from(v, kFarther * spread);
-      Pair found = nearest(v, near, [&](VertexId w) { return cones[at(w)] > 4; });
+      Pair found = nearest(v, kFarther * spread, [&](VertexId w) { return cones[at(w)] > 4; });
       const bool regular = found.path.empty();
       for (double least = spread; found.path.empty() && least > 1e-3 * spread; least *= 0.5) {
-        found = nearest(v, near,
-                        [&](VertexId w) { return cones[at(w)] == 4 && near.distance(w) >= least; });
+        found = nearest(v, kFarther * spread, [&](VertexId w) {
+          return cones[at(w)] == 4 && paths.distance(w) >= least;
+        });
       }
       // On coarse meshes there is none so near.
       if (found.path.empty()) {
-        found = nearest(v, paths_from(v, mesh::ShortestPaths::kUnreached),
+        found = nearest(v, mesh::ShortestPaths::kUnreached,
                         [&](VertexId w) { return cones[at(w)] >= 4; });
       }
       if (found.path.empty()) break;

@@ -32,30 +32,36 @@ std::pair<double, VertexId> ShortestPaths::Queue::pop() {
 }
 
 void ShortestPaths::add_source(VertexId v) {
+  if (distance(v) == kUnreached) reached_.push_back(v);
   distance_[at(v)] = 0.0;
   arrival_[at(v)] = kInvalid;
   queue_.push(0.0, v);
 }
 
-void ShortestPaths::grow(const ExecutionContext& context) {
-  std::size_t steps = 0;
-  while (!queue_.empty()) {
-    const std::pair<double, VertexId> nearest = queue_.pop();
-    const VertexId from = nearest.second;
-    if (nearest.first > distance(from)) continue;
-    if ((++steps & 0xfff) == 0) context.check();
-    for_each_outgoing(adjacency_, from, [&](HalfedgeId h) {
-      relax(from, target(faces_, h), h);
-      // The fan's last edge has no half-edge that leaves v.
-      const HalfedgeId last = previous_corner(h);
-      if (adjacency_.opposite[at(last)] == kInvalid) relax(from, source(faces_, last), last);
-    });
+void ShortestPaths::restart(VertexId source, double longest) {
+  for (const VertexId v : reached_) {
+    distance_[at(v)] = kUnreached;
+    arrival_[at(v)] = kInvalid;
   }
+  reached_.clear();
+  queue_ = {};
+  longest_ = longest;
+  add_source(source);
+}
+
+void ShortestPaths::expand(VertexId from) {
+  for_each_outgoing(adjacency_, from, [&](HalfedgeId h) {
+    relax(from, target(faces_, h), h);
+    // The fan's last edge has no half-edge that leaves v.
+    const HalfedgeId last = previous_corner(h);
+    if (adjacency_.opposite[at(last)] == kInvalid) relax(from, source(faces_, last), last);
+  });
 }
 
 void ShortestPaths::relax(VertexId from, VertexId to, HalfedgeId h) {
   const double through = distance(from) + length_[at(h)];
   if (!(through < distance(to)) || through > longest_) return;
+  if (distance(to) == kUnreached) reached_.push_back(to);
   distance_[at(to)] = through;
   arrival_[at(to)] = h;
   queue_.push(through, to);

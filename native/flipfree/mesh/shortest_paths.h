@@ -26,7 +26,28 @@ class ShortestPaths {
   void add_source(VertexId v);
   // Brings all distances up to date with the sources. Adding sources after a call costs only what
   // they bring nearer; O(#F log #F) at most.
-  void grow(const ExecutionContext& context);
+  void grow(const ExecutionContext& context) {
+    grow_to([](VertexId) { return false; }, context);
+  }
+  // The same, up to the nearest vertex for which wanted(v) is true, which is returned; kInvalid if
+  // there is none. The next call goes on there.
+  template <typename Wanted>
+  VertexId grow_to(const Wanted& wanted, const ExecutionContext& context) {
+    std::size_t steps = 0;
+    while (!queue_.empty()) {
+      const auto [key, v] = queue_.pop();
+      if (key > distance(v)) continue;
+      if ((++steps & 0xfff) == 0) context.check();
+      if (wanted(v)) {
+        queue_.push(key, v);
+        return v;
+      }
+      expand(v);
+    }
+    return kInvalid;
+  }
+  // Forgets all sources but this one, and how far paths went, in time of what they reached.
+  void restart(VertexId source, double longest);
 
   double distance(VertexId v) const { return distance_[at(v)]; }
   // The edge by which the shortest path arrives at v: the half-edge that points at v, or the only
@@ -36,6 +57,7 @@ class ShortestPaths {
   VertexId before(VertexId v) const;
 
  private:
+  void expand(VertexId from);
   void relax(VertexId from, VertexId to, HalfedgeId h);
 
   // A priority queue for keys that are never smaller than the last one taken (radix heap: Ahuja,
@@ -70,6 +92,7 @@ class ShortestPaths {
   double longest_;
   std::vector<double> distance_;
   std::vector<HalfedgeId> arrival_;
+  std::vector<VertexId> reached_;
   Queue queue_;
 };
 
