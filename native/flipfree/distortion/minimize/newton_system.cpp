@@ -83,6 +83,8 @@ void NewtonSystem::build_pattern(const std::vector<std::array<VertexId, 2>>& cou
   matrix_.resizeNonZeros(static_cast<Index>(rows.size()));
   std::copy(rows.begin(), rows.end(), matrix_.innerIndexPtr());
   diagonal_.resize(at(unknowns));
+  for (CornerId c = 0; c < static_cast<CornerId>(faces_.size()); ++c)
+    place_.push_back(place_of(faces_.data()[c], faces_.data()[next_corner(c)]));
 }
 
 double StepSystem::assemble(const FaceEnergy& of_face, ExecutionContext& context) {
@@ -108,8 +110,8 @@ double NewtonSystem::do_assemble(const FaceEnergy& of_face, ExecutionContext& co
   for (std::size_t c = 0; c < 3 * count; ++c) {
     if (c % 8192 == 0) context.check();
     const double* block = &face_hessian_[kHessianEntries * (c / 3) + 9 + 4 * (c % 3)];
-    if (!add_block(faces_.data()[c], faces_.data()[next_corner(static_cast<CornerId>(c))], block))
-      throw InternalError("an edge of the mesh is missing in the pattern");
+    add_at(place_[c], faces_.data()[c], faces_.data()[next_corner(static_cast<CornerId>(c))],
+           block);
   }
   return energy;
 }
@@ -126,29 +128,42 @@ void NewtonSystem::add(VertexId v, const double gradient[2], const double block[
   values[column[1]] += block[2];
 }
 
-bool NewtonSystem::add_block(VertexId v, VertexId w, const double block[4]) {
-  const Index i = number_of_[at(v)], j = number_of_[at(w)];
-  const auto [low, high] = std::minmax(i, j);
-  if (low == kInvalid) {
-    if (high == kInvalid || motion_.rows() == 0) return true;
-    const Vector2 by = motion_.row(i == kInvalid ? v : w);
-    gradient_[2 * high] += block[0] * by.x() + block[i == kInvalid ? 2 : 1] * by.y();
-    gradient_[2 * high + 1] += block[i == kInvalid ? 1 : 2] * by.x() + block[3] * by.y();
-    return true;
-  }
-  const bool ordered = i == low;
+Index NewtonSystem::place_of(VertexId v, VertexId w) const {
+  const auto [low, high] = std::minmax(number_of_[at(v)], number_of_[at(w)]);
+  if (low == kInvalid) return kInvalid;
   const Index* column = matrix_.outerIndexPtr() + 2 * low;
   const Index* begin = matrix_.innerIndexPtr() + column[0];
   const Index* end = matrix_.innerIndexPtr() + column[1];
   const Index* found = std::lower_bound(begin, end, 2 * high);
-  if (found == end || *found != 2 * high) return false;
-  double* first = matrix_.valuePtr() + column[0] + (found - begin);
-  double* second = matrix_.valuePtr() + column[1] + (found - begin - 1);
+  return found == end || *found != 2 * high ? kInvalid : static_cast<Index>(found - begin);
+}
+
+bool NewtonSystem::add_block(VertexId v, VertexId w, const double block[4]) {
+  const Index place = place_of(v, w);
+  if (place == kInvalid && number_of_[at(v)] != kInvalid && number_of_[at(w)] != kInvalid)
+    return false;
+  add_at(place, v, w, block);
+  return true;
+}
+
+void NewtonSystem::add_at(Index place, VertexId v, VertexId w, const double block[4]) {
+  const Index i = number_of_[at(v)], j = number_of_[at(w)];
+  const auto [low, high] = std::minmax(i, j);
+  if (low == kInvalid) {
+    if (high == kInvalid || motion_.rows() == 0) return;
+    const Vector2 by = motion_.row(i == kInvalid ? v : w);
+    gradient_[2 * high] += block[0] * by.x() + block[i == kInvalid ? 2 : 1] * by.y();
+    gradient_[2 * high + 1] += block[i == kInvalid ? 1 : 2] * by.x() + block[3] * by.y();
+    return;
+  }
+  const bool ordered = i == low;
+  const Index* column = matrix_.outerIndexPtr() + 2 * low;
+  double* first = matrix_.valuePtr() + column[0] + place;
+  double* second = matrix_.valuePtr() + column[1] + place - 1;
   first[0] += block[0];
   first[1] += block[ordered ? 1 : 2];
   second[0] += block[ordered ? 2 : 1];
   second[1] += block[3];
-  return true;
 }
 
 double NewtonSystem::do_solve(Points2& direction, ExecutionContext& context) {

@@ -74,7 +74,14 @@ class NewtonSystem final : public StepSystem {
   void build_pattern(const std::vector<std::array<VertexId, 2>>& couplings,
                      const ExecutionContext& context);
 
+  // Of a pair's block in its column of matrix_, counted from the column's begin; kInvalid if one is
+  // fixed, or the pattern has no such pair.
+  Index place_of(VertexId v, VertexId w) const;
+  // As add_block(), of a pair in the pattern.
+  void add_at(Index place, VertexId v, VertexId w, const double block[4]);
+
   const Triangles& faces_;
+  std::vector<Index> place_;           // 3 #F: of the block of each half-edge
   std::vector<Index> number_of_;       // #V -> free number
   std::vector<VertexId> vertex_of_;    // free number -> #V
   numeric::SparseMatrix matrix_;       // lower triangle
